@@ -3,6 +3,7 @@
 
 #include "render/base/file.h"
 #include "render/cli/compare_parts.h"
+#include "render/cli/compare_results.h"
 #include "render/cli/engine.h"
 #include "render/cli/terminal.h"
 #include "render/cli/version.h"
@@ -32,6 +33,7 @@ struct Options {
   std::optional<int> levels, cluster;
   std::optional<double> percent, mean;
   double page_size = 5.0;  // MB
+  double pixels = 0.0;     // of two results files
   int measured = render::CompareRequest{}.measured, jobs = 0;
   bool json = false;
 };
@@ -194,6 +196,14 @@ int hand_over_comparison(const Options& o) {
 }
 
 int run_comparison(const Options& o) {
+  if (is_results_name(o.baseline) && is_results_name(o.candidate)) {
+    ResultsComparison results;
+    results.baseline = o.baseline;
+    results.candidate = o.candidate;
+    results.pixels = o.pixels;
+    results.json = o.json;
+    return compare_results(results);
+  }
   if (o.reason.find_first_not_of(" \t\n") == std::string::npos && !o.reason.empty())
     throw UsageError("--update needs a reason, for example \"new colours\"");
   if (o.engine.elsewhere()) return hand_over_comparison(o);
@@ -238,17 +248,18 @@ int run_comparison(const Options& o) {
 }  // namespace
 
 Command add_compare(Program& program) {
-  Subcommand words = program.subcommand("compare", "pictures compared: two PNG files, or two folders of them as a test");
+  Subcommand words = program.subcommand("compare", "pictures compared: two PNG files, two folders of them as a test, or two results files");
   words.footer(R"(A is the baseline, B the new picture or folder. Pictures agree if they are equal, or if all of this holds: few enough
 pixels differ by more than the limit, few of them touch (by more than 16 levels), the mean difference is small, and the numbers
 that flexframe writes into its pictures (vertices, their range, colour range) agree to 1e-4. A picture that only one folder has
 does not agree. Pictures of 16 bits (depth, scalar) are compared in their own units: differences of 32 of 65535 are none, no four
 pixels that touch may be off by more than 256, the mean by 8. --levels and --percent loosen what would contradict them.
-Any PNG files will do. What --ignore and --mask leave out counts nowhere; shares and means are those of the rest.
+Any PNG files will do. Of two results files (.h5) of one scene the drawn vertices are compared: how many pixels and metres they are apart
+at most, with the first one's cameras and exaggeration. What --ignore and --mask leave out counts nowhere; shares and means are those of the rest.
 Exit codes: 0 all agree, 1 some do not, 2 bad input.)");
   auto options = std::make_shared<Options>();
-  words.option("A", options->baseline, "baseline: PNG file or folder").required();
-  words.option("B", options->candidate, "new: PNG file or folder").required();
+  words.option("A", options->baseline, "baseline: PNG file, folder or results file").required();
+  words.option("B", options->candidate, "new: PNG file, folder or results file").required();
   words.option("--also", options->also, "a further baseline; a picture agrees if it agrees with any; may be repeated")
       .as("PATH")
       .one_word();
@@ -267,6 +278,7 @@ Exit codes: 0 all agree, 1 some do not, 2 bad input.)");
   words.option("--mean", options->mean, "largest mean difference in levels that is accepted (0.1)").range(0.0, 255.0);
   words.flag("--exact", options->rule.exact, "require identical pixels");
   words.option("--measure", options->measured, "SSIM and FLIP of this many pairs, the worst").range(0, 1 << 30).show_default();
+  words.option("--pixels", options->pixels, "two results files: pixels that vertices may be apart; default: any distance").positive();
   words.option("-j,--jobs", options->jobs, "threads (as many as the machine has)").range(0, 256);
   words.option("--report", options->report, "HTML page: both pictures side by side, swiped, blinked, what differs, with zoom").as("FILE");
   words.option("--page-size", options->page_size, "MB that the page has at most: less of the pictures is shown")
@@ -278,6 +290,7 @@ Exit codes: 0 all agree, 1 some do not, 2 bad input.)");
   words.flag("--json", options->json, "the measured differences as JSON on stdout");
   words.example("baseline/ new/ --report report.html", "two folders of pictures, with a page that shows what differs");
   words.example("a.png b.png --exact", "equal pixels only");
+  words.example("loose.h5 tight.h5 --pixels 0.5", "two runs of a scene: no drawn vertex more than half a pixel apart");
   words.example("baseline/ new/ --also baseline-mesa25/ --ignore 0,690,1280x30 --junit report.xml",
                 "what another renderer makes is as good; the lowest 30 rows are not looked at");
   words

@@ -6,11 +6,13 @@
 #include "render/cli/terminal.h"
 
 #include "render/draw/context.h"
+#include "render/film/picture_accuracy.h"
 #include "render/film/rigid_mesh.h"
 #include "render/picture/mesh.h"
 #include "sim/base/file_output.h"
 #include "sim/base/words.h"
 #include "sim/scene/fingerprint.h"
+#include "sim/scene/picture_accuracy.h"
 #include "sim/scene/scene_reader.h"
 
 #include <fmt/format.h>
@@ -54,12 +56,40 @@ sim::Method method_from_name(const std::string& name) {
       fmt::format("--method {} is unknown{}; allowed: {}", sim::quote(name), sim::did_you_mean(name, known), sim::list_words(known)));
 }
 
+AskedAccuracy asked_accuracy(const SimulationWords& words) {
+  AskedAccuracy out;
+  if (words.accuracy.empty()) return out;
+  const auto refuse = [&](const std::string& why) { throw UsageError(fmt::format("--accuracy {}", why)); };
+  try {
+    out.pictures = sim::parse_picture_accuracy(words.accuracy);
+  } catch (const sim::InputError& error) {
+    refuse(error.what());
+  }
+  if (out.pictures) return out;
+  double share = 0.0;
+  const char* const end = words.accuracy.data() + words.accuracy.size();
+  const auto [after, error] = std::from_chars(words.accuracy.data(), end, share);
+  if (error != std::errc() || after != end || !(share >= 1e-9 && share <= 0.5))
+    refuse(
+        fmt::format("must be a number from 1e-9 to 0.5 (a share of the outputs' ranges), or a distance in the pictures such as "
+                    "\"0.5 px\" or \"0.1 mm\", found {}",
+                    sim::quote(words.accuracy)));
+  out.share = share;
+  return out;
+}
+
+bool asks_accuracy(const sim::Scene& scene, const SimulationWords& words) {
+  const bool in_scene = scene.simulation.accuracy || scene.simulation.picture_accuracy;
+  return !words.tolerance && (!words.accuracy.empty() || in_scene);
+}
+
 void add_simulation_words(Subcommand words, SimulationWords& values) {
   words.option("--tolerance", values.tolerance, "relative local error, in place of the scene's").range(1e-13, 1e-1);
   words
       .option("--accuracy", values.accuracy,
-              "requested error of the outputs relative to their ranges: the program chooses tolerance, modes or elements, and effects")
-      .range(1e-9, 0.5)
+              "requested error: of the outputs relative to their ranges (1e-3), or of the pictures' vertices as a distance (\"0.5 px\", "
+              "\"0.1 mm\"): the program chooses tolerance, modes or elements, and effects")
+      .as("N|DISTANCE")
       .excludes("--tolerance");
   words.option("--method", values.method, "auto, adams, bdf, erk, dirk, ida or exponential, in place of the scene's").as("WORD");
   words
@@ -266,18 +296,21 @@ void add_fresh_word(Subcommand words, SimulationWords& values) {
 
 sim::SettingsMemory settings_memory(const fs::path& scene_file, const std::vector<std::string>& settings, const SimulationWords& words,
                                     const fs::path& file) {
-  const std::string options =
-      fmt::format("{} {} {} {}", words.accuracy.value_or(0.0), words.method, words.no_check, words.max_steps.value_or(0.0));
+  const std::string options = fmt::format("{} {} {} {}", words.accuracy, words.method, words.no_check, words.max_steps.value_or(0.0));
   // --strict leaves no files.
   if (words.strict) return {};
   const std::string inputs = sim::inputs_fingerprint(sim::read_document(scene_file, settings));
   return {file, sim::sha256(fmt::format("{}\n{}\n{}", program_fingerprint(), inputs, options)), words.fresh};
 }
 
-sim::Results run_simulation(const sim::Scene& scene, const SimulationWords& words, const sim::SettingsMemory* memory) {
+sim::Results run_simulation(const Job& job, const SimulationWords& words, const sim::SettingsMemory* memory) {
+  const AskedAccuracy asked = asked_accuracy(words);
+  sim::Scene scene = job.scene;
+  if (asked.pictures) scene.simulation.picture_accuracy = asked.pictures;
+  else if (asked.share || words.tolerance) scene.simulation.picture_accuracy.reset();
   sim::SimulateOptions options;
   options.tolerance = words.tolerance;
-  options.accuracy = words.accuracy;
+  options.accuracy = asked.share;
   if (!words.method.empty()) options.method = method_from_name(words.method);
   options.estimate_error = !words.no_estimate;
   options.max_steps = words.max_steps;
@@ -287,7 +320,8 @@ sim::Results run_simulation(const sim::Scene& scene, const SimulationWords& word
   Progress progress("simulating");
   options.progress = [&](double time) { progress.show(time / scene.simulation.duration); };
   options.tell = [&](const std::string& sentence) { progress.say(sentence); };
-  sim::Results results = sim::simulate_as_asked(scene, options, memory);
+  sim::Results results = scene.simulation.picture_accuracy ? film::simulate_for_pictures(scene, job.settings, options, memory)
+                                                           : sim::simulate_as_asked(scene, options, memory);
   if (words.strict && results.statistics.notes.has(sim::Severity::warning))
     throw std::runtime_error(
         fmt::format("{}: {}", scene.file.string(), fmt::join(results.statistics.notes.texts(sim::Severity::warning), "; ")));
@@ -380,6 +414,23 @@ void print_warnings(const std::vector<std::string>& warnings) {
   for (const std::string& warning : warnings) fmt::print(stderr, "WARNING      {}\n", warning);
 }
 
+namespace {
+
+void print_shares(const sim::PictureShares& p, double half_cost) {
+  constexpr int width = 40;
+  fmt::print("error        {} of {} allowed{}, estimated; halving it would cost about {:.1f} times the CPU time\n",
+             film::distance_words(p.total, p.unit), film::distance_words(p.allowed, p.unit),
+             p.body.empty() ? "" : fmt::format(", largest at '{}'", p.body), half_cost);
+  fmt::print("shares       {} {}\n", film::shares_bar(p, width), fmt::join(film::shares_words(p), ", "));
+}
+
+nlohmann::ordered_json shares_json(const sim::PictureShares& p) {
+  return {{"asked", p.asked},     {"unit", p.unit}, {"allowed", p.allowed}, {"total", p.total},   {"time", p.time}, {"space", p.space},
+          {"effects", p.effects}, {"map", p.map},   {"samples", p.samples}, {"raster", p.raster}, {"body", p.body}, {"doubt", p.doubt}};
+}
+
+}  // namespace
+
 void print_simulation(const sim::Results& results) {
   const sim::SolverStatistics& s = results.statistics;
   if (verbosity() == Verbosity::quiet) return print_warnings(s.notes.texts(sim::Severity::warning));
@@ -392,11 +443,14 @@ void print_simulation(const sim::Results& results) {
                1e6 * s.cpu_seconds / static_cast<double>(std::max(1L, s.evaluations)));
   if (s.accuracy) {
     const sim::AccuracyStatement& a = *s.accuracy;
-    fmt::print("accuracy     {:g} requested: {}; chosen in {:.4f} CPU s\n", a.asked, fmt::join(a.chosen, ", "), a.search_cpu);
-    fmt::print(
-        "error        {:.1e} of the range of {}, estimated: {:.1e} time integration, {:.1e} elements or modes, {:.1e} effects left out; "
-        "halving the error would cost about {:.1f} times the CPU time\n",
-        s.error_estimate, s.error_column, a.time, a.space, a.effects, a.half_cost);
+    fmt::print("accuracy     {} requested: {}; chosen in {:.4f} CPU s\n", a.picture ? a.picture->asked : fmt::format("{:g}", a.asked),
+               fmt::join(a.chosen, ", "), a.search_cpu);
+    if (a.picture) print_shares(*a.picture, a.half_cost);
+    else
+      fmt::print(
+          "error        {:.1e} of the range of {}, estimated: {:.1e} time integration, {:.1e} elements or modes, {:.1e} effects left out; "
+          "halving the error would cost about {:.1f} times the CPU time\n",
+          s.error_estimate, s.error_column, a.time, a.space, a.effects, a.half_cost);
   } else if (s.error_estimate >= 0.0 && s.error_estimate < rounding) {
     fmt::print("error        time error negligible\n");
   } else if (s.error_estimate >= 0.0) {
@@ -434,6 +488,7 @@ nlohmann::ordered_json simulation_json(const sim::Results& results) {
         {"asked", a.asked},     {"error", s.error_estimate}, {"time", a.time},           {"space", a.space},
         {"effects", a.effects}, {"column", a.column},        {"half_cost", a.half_cost}, {"search_cpu_seconds", a.search_cpu},
         {"chosen", a.chosen}};
+    if (a.picture) json["accuracy"]["picture"] = shares_json(*a.picture);
   }
   json["warnings"] = s.notes.texts(sim::Severity::warning);
   json["notes"] = s.notes.texts(sim::Severity::note);

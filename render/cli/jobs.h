@@ -20,7 +20,8 @@ namespace flexframe::cli {
 
 // --tolerance, --method, --no-error-estimate, --no-effect-check, --strict
 struct SimulationWords {
-  std::optional<double> tolerance, accuracy, max_steps;
+  std::optional<double> tolerance, max_steps;
+  std::string accuracy;  // a share, or a distance in the pictures
   std::string method;
   bool no_estimate = false, no_check = false, strict = false;
   bool fresh = false;  // of run and simulate
@@ -60,6 +61,16 @@ void add_scene_words(Subcommand words, std::vector<std::string>& settings);
 // The options given take the place of the scene's words. Throws sim::InputError.
 void apply_words(const RenderWords& words, film::RenderSettings& settings);
 
+// What --accuracy asks for: a share of the outputs' ranges or a distance in the pictures, neither where the option is not given. Throws
+// UsageError.
+struct AskedAccuracy {
+  std::optional<double> share;
+  std::optional<sim::PictureAccuracy> pictures;
+};
+AskedAccuracy asked_accuracy(const SimulationWords& words);
+// Whether these words and the scene ask for an accuracy.
+bool asks_accuracy(const sim::Scene& scene, const SimulationWords& words);
+
 // "auto", "adams", ... Throws UsageError.
 sim::Method method_from_name(const std::string& name);
 
@@ -68,7 +79,7 @@ sim::SettingsMemory settings_memory(const std::filesystem::path& scene_file, con
                                     const SimulationWords& words, const std::filesystem::path& file);
 
 // memory: null where nothing is kept. Throws std::runtime_error for warnings where they are to be errors.
-sim::Results run_simulation(const sim::Scene& scene, const SimulationWords& words, const sim::SettingsMemory* memory = nullptr);
+sim::Results run_simulation(const Job& job, const SimulationWords& words, const sim::SettingsMemory* memory = nullptr);
 
 // Pictures to folder/frames, the video beside them.
 struct DrawingReport {

@@ -80,6 +80,7 @@ Command add_run(Program& program) {
   app.example("slider_crank.toml", "simulate and draw: slider_crank/results.h5, histories.csv, frames/, slider_crank.mp4");
   app.example("crane.toml -o out --accuracy 1e-3 --scales 1,20 --size 1920x1080",
               "outputs good to a thousandth; in scale and twenty times");
+  app.example("crane.toml --accuracy \"0.5 px\"", "every vertex of every picture within half a pixel of where it belongs");
   app.example("crane.toml --engine slurm --shards 40", "simulate, then draw by forty tasks of a cluster, then the video");
   app.example("crane.toml --set body.boom.length=3 --view front,iso --colormap turbo", "another boom, two views, other colours");
 
@@ -96,10 +97,10 @@ Command add_run(Program& program) {
           return hand_over_run(words->scene, out, words->csv, words->render, words->engine);
         }
 
-        const bool asked = !words->simulation.tolerance && (words->simulation.accuracy || job.scene.simulation.accuracy);
+        const bool asked = asks_accuracy(job.scene, words->simulation);
         std::optional<sim::SettingsMemory> memory;
         if (asked) memory = settings_memory(words->scene, words->settings, words->simulation, out / (name + ".settings.toml"));
-        const sim::Results results = run_simulation(job.scene, words->simulation, memory ? &*memory : nullptr);
+        const sim::Results results = run_simulation(job, words->simulation, memory ? &*memory : nullptr);
         film::check_render_settings(job.settings, results, words->scene);
         make_folder(out);
         sim::write_results(results, out / "results.h5");

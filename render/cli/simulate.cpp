@@ -37,13 +37,13 @@ Command add_simulate(Program& program) {
             const Job job = read_job(words->scene, words->settings);
             for (const std::string& file : {words->out, words->csv})
               if (!file.empty()) require_writable(fs::absolute(file).parent_path());
-            const bool asked = !words->simulation.tolerance && (words->simulation.accuracy || job.scene.simulation.accuracy);
+            const bool asked = asks_accuracy(job.scene, words->simulation);
             const fs::path beside = words->out.empty() ? words->csv : words->out;
             std::optional<sim::SettingsMemory> memory;
             if (asked)
               memory = settings_memory(words->scene, words->settings, words->simulation,
                                        beside.parent_path() / (beside.stem().string() + ".settings.toml"));
-            const sim::Results results = run_simulation(job.scene, words->simulation, memory ? &*memory : nullptr);
+            const sim::Results results = run_simulation(job, words->simulation, memory ? &*memory : nullptr);
             for (const std::string& file : {words->out, words->csv})
               if (!file.empty()) make_folder(fs::absolute(file).parent_path());
             if (!words->out.empty()) sim::write_results(results, words->out);

@@ -43,7 +43,10 @@ sim::SweepQuestion question_of(const Words& words) {
     throw UsageError("--limit belongs to --minimise or --maximise");
   }
   q.tolerance = words.simulation.tolerance;
-  q.accuracy = words.simulation.accuracy;
+  const AskedAccuracy accuracy = asked_accuracy(words.simulation);
+  if (accuracy.pictures)
+    throw UsageError("--accuracy: a sweep compares numbers, not pictures: give a share of the outputs' ranges, such as 1e-3");
+  q.accuracy = accuracy.share;
   q.max_steps = words.simulation.max_steps;
   q.method = words.simulation.method;
   q.estimate_error = !words.simulation.no_estimate;

@@ -371,6 +371,14 @@ Results simulate_as_asked(const Scene& scene, const SimulateOptions& options, co
     throw ArgumentError(fmt::format("the tolerance must be a number from 1e-13 to 0.1, found {:g}", *options.tolerance));
   if (options.accuracy && !(*options.accuracy >= 1e-9 && *options.accuracy <= 0.5))
     throw ArgumentError(fmt::format("the accuracy asked for must be a number from 1e-9 to 0.5, found {:g}", *options.accuracy));
+  if (scene.simulation.picture_accuracy && !options.tolerance && !options.accuracy) {
+    Results results = run_scene(scene, options);
+    results.statistics.notes.warn("",
+                                  fmt::format("accuracy = \"{}\" is kept where pictures are known (flexframe run and simulate); this run "
+                                              "has the tolerance {:g} and nobody compared it with that distance",
+                                              scene.simulation.picture_accuracy->words, results.statistics.tolerance));
+    return results;
+  }
   if (const std::optional<double> accuracy = options.tolerance  ? std::nullopt
                                              : options.accuracy ? options.accuracy
                                                                 : scene.simulation.accuracy) {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <stdexcept>
@@ -49,6 +50,10 @@ Histories to_histories(const Results& results) {
     out.units.push_back(results.outputs[k].unit);
     out.values.row(static_cast<Eigen::Index>(k)) = results.outputs[k].values.transpose();
   }
+  if (std::any_of(results.outputs.begin(), results.outputs.end(), [](const ResultOutput& o) { return o.size > 0.0; })) {
+    out.sizes.resize(out.values.rows());
+    for (size_t k = 0; k < results.outputs.size(); ++k) out.sizes[static_cast<Eigen::Index>(k)] = results.outputs[k].size;
+  }
   if (results.kinetic.size() > 0) out.energy_scale = std::max(results.kinetic.maxCoeff(), results.strain.maxCoeff());
   out.statistics = results.statistics;
   return out;
@@ -85,6 +90,7 @@ VecX output_ranges(const Histories& h) {
     else if (const auto floor = rounding.find(unit);
              range > std::max((kinematic(unit) ? 1e-11 : 1e-6) * largest[unit], floor == rounding.end() ? 0.0 : floor->second))
       out[k] = range;
+    if (h.sizes.size() > 0 && h.sizes[k] > 0.0) out[k] = h.sizes[k];
   }
   return out;
 }

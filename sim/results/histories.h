@@ -2,7 +2,7 @@
 //
 // An error is the largest difference over time, relative to the range of the output. A vector is one output: a component counts
 // against the range of the whole vector (the largest of its components' ranges), so that a component which hardly moves asks for no more
-// digits than the one beside it. Components are the columns NAME.* of one unit.
+// digits than the one beside it. Components are the columns NAME.* of one unit. An output may be given a size of its own instead (sizes).
 #pragma once
 
 #include "sim/results/results.h"
@@ -22,6 +22,7 @@ struct Histories {
   VecX times;  // nt, s
   std::vector<std::string> columns, units;
   MatX values;                // columns x nt
+  VecX sizes;                 // what the columns' errors are measured against; 0: their ranges; empty: all 0
   double energy_scale = 0.0;  // J, largest kinetic or strain energy: what energies are measured against; 0: unknown
   OutputScales scales;
   SolverStatistics statistics;  // of the run they come from
@@ -33,7 +34,7 @@ Histories to_histories(const Results& results);
 // Range of the output that each column belongs to, one number a column. 0 where the output does not move: lengths, angles and rates by less
 // than 1e-11 of the largest of their unit (what closing loops leaves), forces and accelerations by 1e-6 (what the equations of motion leave
 // of them where they are zero), and all by less than rounding (1e-12) of what they come from; energies are measured against the energy
-// scale at least, as a conserved one does not move.
+// scale at least, as a conserved one does not move. A size that is given counts instead.
 VecX output_ranges(const Histories& histories);
 // The same of `run`, and of outputs that move by less than that, but down to 6e-13 of the largest length, in the same way (to three tenths)
 // in `other`, a run of the same scene with the same columns: rounding does not come twice, a motion of a picometre does. The times of one

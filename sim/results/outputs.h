@@ -41,6 +41,7 @@ struct OutputPlan {
 struct OutputPlans {
   std::vector<OutputPlan> outputs;
   std::vector<std::string> columns, units, descriptions;
+  std::vector<double> sizes;                      // of the columns (OutputDef::size)
   std::vector<ShownFrom> shown;                   // of every body of the scene, where its deformation is asked for
   bool accelerations = false, reactions = false;  // what they need
   std::shared_ptr<SectionForces> sections;        // where section forces or stresses are asked for

@@ -310,6 +310,7 @@ OutputPlans plan_outputs(Model& model, const Scene& scene, bool all_shown) {
       plans.columns.push_back(def.name + p.tags[k]);
       plans.units.push_back(p.units.size() == 1 ? p.units.front() : p.units[k]);
       plans.descriptions.push_back(def.description);
+      plans.sizes.push_back(def.size);
     }
     p.plan.count = static_cast<int>(p.tags.size());
     plans.outputs.push_back(std::move(p.plan));

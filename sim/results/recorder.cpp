@@ -241,7 +241,7 @@ Results Recorder::finish(const System&) {
     for (TableRows* table : {&rows.displacement, &rows.rotation, &rows.q, &rows.qd}) table->flush();
   for (size_t k = 0; k < plans_.columns.size(); ++k)
     results_.outputs.push_back(
-        {plans_.columns[k], plans_.units[k], table_.row(static_cast<Eigen::Index>(k)).transpose(), plans_.descriptions[k]});
+        {plans_.columns[k], plans_.units[k], table_.row(static_cast<Eigen::Index>(k)).transpose(), plans_.descriptions[k], plans_.sizes[k]});
   return std::move(results_);
 }
 
@@ -249,6 +249,8 @@ HistoryRecorder::HistoryRecorder(System& system, const std::vector<double>& time
   histories_.times = Eigen::Map<const VecX>(times.data(), static_cast<Eigen::Index>(times.size()));
   histories_.columns = plans_.columns;
   histories_.units = plans_.units;
+  if (std::any_of(plans_.sizes.begin(), plans_.sizes.end(), [](double size) { return size > 0.0; }))
+    histories_.sizes = Eigen::Map<const VecX>(plans_.sizes.data(), static_cast<Eigen::Index>(plans_.sizes.size()));
   histories_.values = MatX::Zero(static_cast<Eigen::Index>(plans_.columns.size()), histories_.times.size());
   grow_work(system);
 }

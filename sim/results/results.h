@@ -76,6 +76,22 @@ struct ResultOutput {
   std::string unit;    // "m", "rad/s", "J"
   VecX values;         // nt
   std::string description = {};
+  double size = 0.0;  // what its errors are measured against (OutputDef); 0: its range
+};
+
+// What keeps the vertices of a film from where they belong, each the largest over pictures and bodies, in `unit`. They add up to `total`,
+// those of space and effects as squares.
+struct PictureShares {
+  std::string asked;     // "0.5 px"
+  std::string unit;      // "px" or "m"
+  double allowed = 0.0;  // in it
+  double total = 0.0;
+  double time = 0.0, space = 0.0, effects = 0.0;  // of the simulation
+  double map = 0.0;                               // from nodes to vertices
+  double samples = 0.0;                           // between the samples of the results
+  double raster = 0.0;                            // single precision and the places that a pixel distinguishes
+  std::string body;                               // where the largest are
+  std::string doubt;                              // a part that nothing tells, in words; empty: none
 };
 
 // How an asked accuracy was met.
@@ -86,6 +102,7 @@ struct AccuracyStatement {
   double half_cost = 1.0;                         // half the error would cost so many times the CPU time
   double search_cpu = 0.0;                        // s, of the runs that found the setting
   std::vector<std::string> chosen;                // "tolerance 1e-05", "'rod' 3 modes of 9 elements"
+  std::optional<PictureShares> picture;           // where it was asked of the pictures
 };
 
 struct SolverStatistics {

@@ -159,6 +159,30 @@ ResultJoint read_joint(const Reader& reader, hid_t group, const std::string& nam
   return joint;
 }
 
+AccuracyStatement read_accuracy(const Reader& reader, hid_t group) {
+  const std::string path = "/statistics/accuracy";
+  AccuracyStatement a;
+  const std::pair<const char*, double*> numbers[] = {{"asked", &a.asked},         {"time", &a.time},
+                                                     {"space", &a.space},         {"effects", &a.effects},
+                                                     {"half_cost", &a.half_cost}, {"search_cpu_seconds", &a.search_cpu}};
+  for (const auto& [name, number] : numbers) *number = reader.number(group, name, path, 0.0);
+  a.column = reader.text(group, "column", path, "");
+  a.chosen = reader.texts(group, "chosen", path + "/");
+  if (!reader.has(group, "picture")) return a;
+  const Id picture = reader.group(group, "picture", path + "/picture");
+  PictureShares p;
+  p.asked = reader.text(picture, "asked", path + "/picture", "");
+  p.unit = reader.text(picture, "unit", path + "/picture", "px");
+  const std::pair<const char*, double*> shares[] = {{"allowed", &p.allowed}, {"total", &p.total},     {"time", &p.time},
+                                                    {"space", &p.space},     {"effects", &p.effects}, {"map", &p.map},
+                                                    {"samples", &p.samples}, {"raster", &p.raster}};
+  for (const auto& [name, share] : shares) *share = reader.number(picture, name, path + "/picture", 0.0);
+  p.body = reader.text(picture, "body", path + "/picture", "");
+  p.doubt = reader.text(picture, "doubt", path + "/picture", "");
+  a.picture = p;
+  return a;
+}
+
 // The members of a group in the order of their attribute `index` (absent: by name).
 template <class Item, class Read>
 std::vector<Item> read_members(const Reader& reader, hid_t file, const std::string& name, bool required, Read&& read) {
@@ -261,6 +285,7 @@ Results read_results(const std::filesystem::path& path) {
     s.cpu_seconds = reader.number(group, "cpu_seconds", "/statistics", 0.0);
     s.error_estimate = reader.number(group, "error_estimate", "/statistics", -1.0);
     s.error_column = reader.text(group, "error_column", "/statistics", "");
+    if (reader.has(group, "accuracy")) s.accuracy = read_accuracy(reader, reader.group(group, "accuracy", "/statistics/accuracy"));
     s.notes.warn(reader.texts(group, "warnings", "/statistics/"));
     s.notes.tell(reader.texts(group, "notes", "/statistics/"));
   }

@@ -110,6 +110,29 @@ void write_joint(hid_t joints, const ResultJoint& joint, long index, hsize_t nt)
   write_numbers(group, "rate", joint.rate, {nt, static_cast<hsize_t>(joint.rate.cols())}, "", "joint rates (m/s, rad/s)");
 }
 
+void write_accuracy(hid_t statistics, const AccuracyStatement& a) {
+  const Id group = make_group(statistics, "accuracy");
+  write_attribute(group, "asked", a.asked);
+  write_attribute(group, "time", a.time);
+  write_attribute(group, "space", a.space);
+  write_attribute(group, "effects", a.effects);
+  write_attribute(group, "column", a.column);
+  write_attribute(group, "half_cost", a.half_cost);
+  write_attribute(group, "search_cpu_seconds", a.search_cpu);
+  write_texts(group, "chosen", a.chosen);
+  if (!a.picture) return;
+  const PictureShares& p = *a.picture;
+  const Id picture = make_group(group, "picture");
+  write_attribute(picture, "asked", p.asked);
+  write_attribute(picture, "unit", p.unit);
+  const std::pair<const char*, double> shares[] = {{"allowed", p.allowed}, {"total", p.total},     {"time", p.time},
+                                                   {"space", p.space},     {"effects", p.effects}, {"map", p.map},
+                                                   {"samples", p.samples}, {"raster", p.raster}};
+  for (const auto& [name, share] : shares) write_attribute(picture, name, share);
+  write_attribute(picture, "body", p.body);
+  write_attribute(picture, "doubt", p.doubt);
+}
+
 void write_all(hid_t file, const Results& results) {
   const auto nt = static_cast<hsize_t>(results.times.size());
   write_attribute(file, "format", std::string(format_name));
@@ -169,6 +192,7 @@ void write_all(hid_t file, const Results& results) {
   write_attribute(statistics, "cpu_seconds", s.cpu_seconds);
   write_attribute(statistics, "error_estimate", s.error_estimate);
   write_attribute(statistics, "error_column", s.error_column);
+  if (s.accuracy) write_accuracy(statistics, *s.accuracy);
   write_texts(statistics, "notes", s.notes.texts(Severity::note));
   write_texts(statistics, "warnings", s.notes.texts(Severity::warning));
 }

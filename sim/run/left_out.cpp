@@ -651,6 +651,7 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
   for (const ResultBody& body : results.bodies)
     if (body.displacement.size() > 0) deflected = std::max(deflected, body.displacement.cwiseAbs().maxCoeff());
   const double still = model_.loops.empty() ? 1e-13 : 1e-9;
+  const auto sized = [&](size_t c) { return run.sizes.size() > 0 && run.sizes[static_cast<Eigen::Index>(c)] > 0.0; };
   const auto vector_of = [&](size_t c) { return run.columns[c].substr(0, run.columns[c].rfind('.')) + "\n" + run.units[c]; };
   std::map<std::string, double> sizes;  // of a vector
   for (size_t c = 0; c < columns_.size(); ++c) {
@@ -686,11 +687,11 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
     }
     for (size_t c = 0; c < columns_.size(); ++c) {
       const double most = size[vector_of(c)], known = ranges[static_cast<Eigen::Index>(c)],
-                   range = std::max({known, most, known == 0.0 && run.units[c] == "m" ? deflected : 0.0});
+                   range = sized(c) ? known : std::max({known, most, known == 0.0 && run.units[c] == "m" ? deflected : 0.0});
       // What counts as moving: histories.cpp.
       const bool length = run.units[c] == "m", kinematic = length || run.units[c] == "m/s" || run.units[c].starts_with("rad");
       const double floor = run.units[c] == "N m" ? 1e-12 * largest["N"] : run.units[c].starts_with("rad") ? 1e-12 : 0.0;
-      if (range <= std::max((kinematic ? still : 1e-6) * std::max(largest[run.units[c]], most), floor)) continue;
+      if (!sized(c) && range <= std::max((kinematic ? still : 1e-6) * std::max(largest[run.units[c]], most), floor)) continue;
       const double drifted = known > 0.0 ? lost.phase * out_of_phase(lost, columns_[c], run.units[c], range) : 0.0;
       const double share = error[c] / range + drifted;
       if (share <= found.share) continue;

@@ -110,10 +110,12 @@ Histories only(const Histories& h, const std::vector<std::string>& columns) {
   out.columns = columns;
   out.units.clear();
   out.values.resize(static_cast<Eigen::Index>(columns.size()), h.values.cols());
+  if (h.sizes.size() > 0) out.sizes.resize(static_cast<Eigen::Index>(columns.size()));
   for (size_t k = 0; k < columns.size(); ++k) {
     const auto at = std::find(h.columns.begin(), h.columns.end(), columns[k]) - h.columns.begin();
     out.units.push_back(h.units[at]);
     out.values.row(static_cast<Eigen::Index>(k)) = h.values.row(at);
+    if (h.sizes.size() > 0) out.sizes[static_cast<Eigen::Index>(k)] = h.sizes[at];
   }
   return out;
 }

@@ -26,13 +26,22 @@ inline const std::vector<std::string>& method_words() {
 }
 inline const char* method_name(Method method) { return method_words()[static_cast<std::size_t>(method)].c_str(); }
 
+// An accuracy asked of the pictures: no drawn vertex farther than this from where it belongs. Kept by render/film/picture_accuracy, which
+// knows cameras and maps.
+struct PictureAccuracy {
+  double value = 0.0;   // m on the drawn body (exaggerated as drawn), or pixels
+  bool pixels = false;  // of the picture
+  std::string words;    // as given: "0.5 px"
+};
+
 struct SimulationSettings {
-  double duration = 0.0;            // s, > 0
-  double output_rate = 1000.0;      // samples per second
-  Vec3 gravity = Vec3::Zero();      // m/s^2
-  std::optional<double> tolerance;  // relative local error, default 1e-6
-  std::optional<double> accuracy;   // asked error of the outputs relative to their range; excludes tolerance
-  std::optional<double> max_steps;  // a run that would take more steps ends with a sentence; none: default_max_steps
+  double duration = 0.0;                            // s, > 0
+  double output_rate = 1000.0;                      // samples per second
+  Vec3 gravity = Vec3::Zero();                      // m/s^2
+  std::optional<double> tolerance;                  // relative local error, default 1e-6
+  std::optional<double> accuracy;                   // asked error of the outputs relative to their range; excludes tolerance
+  std::optional<PictureAccuracy> picture_accuracy;  // instead of `accuracy`
+  std::optional<double> max_steps;                  // a run that would take more steps ends with a sentence; none: default_max_steps
   Method method = Method::automatic;
   bool static_start = false;  // start = "static": from static equilibrium of the whole mechanism
 };
@@ -406,6 +415,7 @@ struct OutputDef {
   std::string description;                     // as given, or empty
   std::string expression;                      // quantity expression: of other columns and t
   std::string unit;                            // likewise
+  double size = 0.0;  // what its errors are measured against, in its unit; 0: its range (histories.h). No reader sets it
 };
 
 // An expression's text with the values of inputs, to the last bit, in place of their names.

@@ -1,6 +1,7 @@
 #include "sim/scene/scene_reader.h"
 
 #include "sim/base/words.h"
+#include "sim/scene/picture_accuracy.h"
 #include "sim/scene/read_states.h"
 #include "sim/scene/scene_input.h"
 #include "sim/scene/toml_input.h"
@@ -53,6 +54,22 @@ void check_block_outputs(const TableReader& root, const Scene& scene) {
   }
 }
 
+// A share of the outputs' ranges, or a distance in the pictures.
+void read_accuracy(const TableReader& reader, SimulationSettings& settings) {
+  const TomlValue* value = reader.find("accuracy");
+  if (!value) return;
+  if (value->type == TomlValue::Type::text) {
+    try {
+      settings.picture_accuracy = parse_picture_accuracy(value->text);
+    } catch (const InputError& error) {
+      reader.fail("accuracy", error.what());
+    }
+  }
+  constexpr const char* what =
+      "a number from 1e-12 to 0.5 (a share of the outputs' ranges), or a distance in the pictures: \"0.5 px\", \"0.1 mm\"";
+  if (!settings.picture_accuracy) settings.accuracy = reader.number("accuracy", {.low = 1e-12, .high = 0.5, .what = what});
+}
+
 }  // namespace
 
 SimulationSettings read_simulation(const TableReader& reader) {
@@ -66,8 +83,8 @@ SimulationSettings read_simulation(const TableReader& reader) {
                             settings.duration * settings.output_rate, most_samples));
   settings.gravity = reader.vector3("gravity", settings.gravity, "m/s^2");
   settings.tolerance = reader.optional_number("tolerance", {.low = 1e-13, .high = 0.1, .what = "a number from 1e-13 to 0.1"});
-  settings.accuracy = reader.optional_number("accuracy", {.low = 1e-12, .high = 0.5, .what = "a number from 1e-12 to 0.5"});
-  if (settings.tolerance && settings.accuracy)
+  read_accuracy(reader, settings);
+  if (settings.tolerance && (settings.accuracy || settings.picture_accuracy))
     reader.fail("accuracy", "excludes 'tolerance': give the local error or the requested error of the outputs, not both");
   settings.method = static_cast<Method>(reader.word("method", method_words(), 0));
   settings.max_steps = reader.optional_number("max_steps", {.low = 1.0, .what = "a number >= 1"});

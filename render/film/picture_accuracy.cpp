@@ -1,0 +1,352 @@
+#include "render/film/picture_accuracy.h"
+
+#include "render/film/animation.h"
+#include "render/film/vertex_errors.h"
+#include "sim/accuracy/accuracy.h"
+#include "sim/base/cpu_clock.h"
+#include "sim/base/file_output.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <set>
+
+namespace flexframe::film {
+namespace {
+
+// Pictures at which the way from samples to vertices is looked at.
+constexpr int pictures_looked_at = 60;
+// Tolerances of the run that tells cameras and scales: one after the other until it comes to the end.
+constexpr std::array<double, 3> pilot_tolerances{1e-4, 1e-6, 1e-8};
+// What samples and map may take of the distance before more samples are made, and what is left to the simulation at least.
+constexpr double most_by_samples = 0.1, least_for_simulation = 0.4;
+// The accuracies that a search is asked for, as shares of the largest motion.
+constexpr double finest = 1e-9, coarsest = 0.05;
+// An output that counts for nothing: any difference is none of its size.
+constexpr double beyond_measure = 1e300;
+constexpr const char* witness_prefix = "picture(";
+
+// A place of a body that the simulation is asked to keep.
+struct Witness {
+  sim::OutputDef output;
+  double allowed = 0.0;  // m
+};
+
+// How many times largest a body's elastic displacement is drawn, and how many pixels a metre of it has, at most over the film.
+struct BodySight {
+  double scale = 1.0, per_metre = 0.0;
+};
+
+std::vector<BodySight> sights(const Animation& animation) {
+  std::vector<BodySight> out(animation.bodies.size());
+  const sim::Results& results = *animation.results;
+  for (size_t b = 0; b < out.size(); ++b)
+    for (const double s : animation.scales) out[b].scale = std::max(out[b].scale, s);
+  for (const int k : looked_at(animation, pictures_looked_at)) {
+    const PictureViews views(animation, k);
+    const SamplePlace place = find_sample(results.times, picture_time(animation, k));
+    for (size_t b = 0; b < out.size(); ++b) {
+      const std::vector<glm::dvec3>& vertices = animation.bodies[b].mesh.positions;
+      if (!animation.bodies[b].visible) continue;
+      const glm::dmat4 pose = body_pose(results.bodies[b], place);
+      const size_t step = std::max<size_t>(1, vertices.size() / 100);
+      for (size_t i = 0; i < vertices.size(); i += step)
+        out[b].per_metre = std::max(out[b].per_metre, views.pixels_per_metre(glm::dvec3(pose * glm::dvec4(vertices[i], 1.0))));
+    }
+  }
+  return out;
+}
+
+// Corners of a rigid body's mesh farthest in three directions: with its origin they tell where it is.
+std::vector<sim::Vec3> far_corners(const BodyModel& model) {
+  std::vector<sim::Vec3> out;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto least = std::max_element(model.mesh.positions.begin(), model.mesh.positions.end(),
+                                        [&](const glm::dvec3& a, const glm::dvec3& b) { return std::abs(a[axis]) < std::abs(b[axis]); });
+    if (least != model.mesh.positions.end()) out.emplace_back(least->x, least->y, least->z);
+  }
+  return out;
+}
+
+// x/length of the node nearest to a beam's middle, so that a place there changes no elements.
+double middle_of(const sim::BeamDef& beam) {
+  const int pieces = beam.model == sim::BeamModel::mixed ? beam.volumes * beam.elements : beam.elements;
+  const bool elements = beam.model == sim::BeamModel::finite_element || (beam.model == sim::BeamModel::mixed && beam.modes.empty());
+  return elements && pieces > 1 ? static_cast<double>(pieces / 2) / pieces : 0.5;
+}
+
+// Names of places of the body, which it gets where it lacks them.
+std::vector<std::string> places_of(sim::BodyDef& body, const sim::ResultBody& result, const BodyModel& model) {
+  if (auto* rigid = std::get_if<sim::RigidDef>(&body.kind)) {
+    std::vector<std::string> out{""};
+    for (const sim::Vec3& corner : far_corners(model)) {
+      out.push_back(fmt::format("corner {}", out.size()));
+      rigid->frames[out.back()] = corner;
+    }
+    return out;
+  }
+  if (auto* beam = std::get_if<sim::BeamDef>(&body.kind)) {
+    const double middle = middle_of(*beam);
+    beam->frames["middle of the picture"] = middle;
+    return {"root", "middle of the picture", "tip"};
+  }
+  // Nodes far from each other.
+  std::vector<std::string> out{""};
+  std::set<size_t> chosen;
+  for (int axis = 0; axis < 3; ++axis) {
+    size_t low = 0, high = 0;
+    for (size_t n = 0; n < result.nodes.size(); ++n) {
+      if (result.nodes[n].origin[axis] < result.nodes[low].origin[axis]) low = n;
+      if (result.nodes[n].origin[axis] > result.nodes[high].origin[axis]) high = n;
+    }
+    if (!result.nodes.empty()) chosen.insert({low, high});
+  }
+  for (const size_t n : chosen) out.push_back(result.nodes[n].name);
+  return out;
+}
+
+// All that is asked of the simulation; frames that it needs are added to the scene.
+std::vector<Witness> witnesses(sim::Scene& scene, const Animation& animation, bool pixels, double allowed) {
+  std::vector<Witness> out;
+  const sim::Results& results = *animation.results;
+  const std::vector<BodySight> sight = sights(animation);
+  for (size_t b = 0; b < results.bodies.size(); ++b) {
+    const auto body =
+        std::find_if(scene.bodies.begin(), scene.bodies.end(), [&](const sim::BodyDef& d) { return d.name == results.bodies[b].name; });
+    if (body == scene.bodies.end() || !animation.bodies[b].visible) continue;
+    if (pixels && sight[b].per_metre <= 0.0) continue;  // never seen
+    const double metres = pixels ? allowed / sight[b].per_metre : allowed;
+    const bool elastic = animation.bodies[b].flexible, exaggerated = elastic && sight[b].scale > 1.0;
+    for (const std::string& place : places_of(*body, results.bodies[b], animation.bodies[b])) {
+      Witness w;
+      w.output.of = {body->name, place};
+      w.output.line = body->line;
+      w.output.quantity = sim::Quantity::position;
+      w.output.name = fmt::format("{}{}{}{})", witness_prefix, body->name, place.empty() ? "" : ".", place);
+      w.allowed = exaggerated ? 0.5 * metres : metres;
+      out.push_back(w);
+      if (!exaggerated) continue;
+      w.output.quantity = sim::Quantity::displacement;
+      w.output.name = fmt::format("{}deflection of {}{}{})", witness_prefix, body->name, place.empty() ? "" : ".", place);
+      w.allowed = 0.5 * metres / (sight[b].scale - 1.0);
+      out.push_back(w);
+    }
+  }
+  return out;
+}
+
+// The largest range of motion of a body's drawn points over a run, m.
+double largest_motion(const sim::Results& results) {
+  double out = 0.0;
+  for (const sim::ResultBody& body : results.bodies) {
+    const sim::Vec3 range = (body.position.colwise().maxCoeff() - body.position.colwise().minCoeff()).transpose();
+    double reach = 0.0;
+    for (const sim::ResultNode& node : body.nodes) reach = std::max(reach, node.origin.norm());
+    const double turned = std::min(2.0, (body.orientation.rowwise() - body.orientation.row(0)).rowwise().norm().maxCoeff());
+    out = std::max({out, range.maxCoeff(), std::max(reach, body.length) * turned});
+    if (body.displacement.size() > 0) out = std::max(out, body.displacement.cwiseAbs().maxCoeff());
+  }
+  return out;
+}
+
+sim::Results pilot_run(const sim::Scene& scene, const sim::SimulateOptions& options) {
+  sim::SimulateOptions o = options;
+  o.accuracy.reset();
+  o.estimate_error = o.check_effects = false;
+  o.tell = {};
+  for (const double tolerance : pilot_tolerances) {
+    o.tolerance = tolerance;
+    try {
+      return sim::run_scene(scene, o);
+    } catch (const sim::SimulationError&) {
+      if (tolerance == pilot_tolerances.back()) throw;
+    }
+  }
+  return {};
+}
+
+// What the way from samples and nodes to vertices takes, in the unit that is asked for.
+struct WayShares {
+  double map = 0.0, samples = 0.0, raster = 0.0;
+  std::string map_body, doubt;
+};
+
+WayShares way_shares(const Animation& animation, const sim::Scene& scene, bool pixels) {
+  const auto in_unit = [&](const VertexDistance& d) { return pixels ? d.pixels : d.metres; };
+  WayShares out;
+  const MapErrors map = map_errors(animation, &scene, pictures_looked_at);
+  out.map = in_unit(map.largest);
+  if (map.largest.picture >= 0) out.map_body = animation.results->bodies[map.largest.body].name;
+  out.samples = in_unit(sample_errors(animation, 4 * pictures_looked_at));
+  out.raster = in_unit(raster_errors(animation, 2));
+  if (!map.unknown.empty())
+    out.doubt = fmt::format("nothing tells the error of the kernel map of '{}': too few nodes", fmt::join(map.unknown, "', '"));
+  return out;
+}
+
+// How many times as many samples keep their share, whole.
+int finer_samples(double share, double allowed) {
+  if (share <= most_by_samples * allowed) return 1;
+  return std::min(1000, static_cast<int>(std::ceil(std::sqrt(share / (most_by_samples * allowed)))));
+}
+
+bool is_witness(const std::string& column) { return column.starts_with(witness_prefix); }
+
+// Notes of the run in the words of pictures: what a search says of shares of outputs that nobody asked for is said anew, in distances.
+sim::Notes in_pictures_words(const sim::Notes& notes) {
+  sim::Notes out;
+  for (const sim::Note& note : notes.all()) {
+    if (note.text.starts_with("the requested accuracy of")) continue;
+    if (note.severity == sim::Severity::warning) out.warn(note.owner, note.text);
+    else out.tell(note.owner, note.text);
+  }
+  return out;
+}
+
+}  // namespace
+
+sim::Results simulate_for_pictures(const sim::Scene& scene, const RenderSettings& settings, const sim::SimulateOptions& options,
+                                   const sim::SettingsMemory* memory) {
+  const sim::PictureAccuracy asked = scene.simulation.picture_accuracy.value();
+  const double start = sim::cpu_seconds();
+  sim::Scene plain = scene;
+  plain.simulation.picture_accuracy.reset();
+  plain.simulation.accuracy.reset();
+  plain.simulation.tolerance.reset();
+  sim::Results pilot = pilot_run(plain, options);
+  Animation first = make_animation(pilot, settings, &plain);
+  WayShares way = way_shares(first, plain, asked.pixels);
+  std::vector<std::string> chosen;
+  if (const int factor = finer_samples(way.samples, asked.value); factor > 1) {
+    plain.simulation.output_rate *= factor;
+    way.samples /= static_cast<double>(factor) * factor;
+    chosen.push_back(fmt::format("output_rate {:g}", plain.simulation.output_rate));
+  }
+  const double for_simulation = std::max(least_for_simulation * asked.value, asked.value - way.map - way.samples - way.raster);
+
+  // The simulation is asked for shares of the largest motion; an output that may be so many metres off has the size that makes them so.
+  sim::Scene searched = plain;
+  std::vector<Witness> places = witnesses(searched, first, asked.pixels, for_simulation / std::sqrt(2.0));
+  for (sim::OutputDef& output : searched.outputs) output.size = beyond_measure;
+  double least = std::numeric_limits<double>::infinity();
+  for (const Witness& w : places) least = std::min(least, w.allowed);
+  const double motion = largest_motion(pilot);
+  const double accuracy = std::isfinite(least) && motion > 0.0 ? std::clamp(least / motion, finest, coarsest) : coarsest;
+  for (Witness& w : places) {
+    w.output.size = w.allowed / accuracy;
+    searched.outputs.push_back(w.output);
+  }
+  std::optional<sim::SettingsMemory> own;
+  if (memory) {
+    own = *memory;
+    std::string question = memory->question + asked.words;
+    for (const Witness& w : places) question += fmt::format("{} {:.17g}\n", w.output.name, w.output.size);
+    own->question = sim::sha256(question);
+  }
+  sim::SimulateOptions o = options;
+  o.tolerance.reset();
+  o.accuracy.reset();
+  sim::Results results = sim::simulate_to_accuracy(searched, accuracy, o, own ? &*own : nullptr);
+  std::erase_if(results.outputs, [](const sim::ResultOutput& out) { return is_witness(out.column); });
+  for (sim::ResultOutput& out : results.outputs) out.size = 0.0;
+
+  // Judged with the nodes and cameras of the run itself.
+  const Animation drawn = make_animation(results, settings, &plain);
+  const WayShares last = way_shares(drawn, plain, asked.pixels);
+  sim::SolverStatistics& s = results.statistics;
+  sim::PictureShares shares;
+  shares.asked = asked.words;
+  shares.unit = asked.pixels ? "px" : "m";
+  shares.allowed = asked.value;
+  shares.map = last.map;
+  shares.samples = last.samples;
+  shares.raster = last.raster;
+  shares.doubt = last.doubt;
+  shares.body = last.map_body;
+  double simulated = 0.0;
+  if (!s.accuracy) {
+    // No search came to an end: the scene as it stands, of which only the error of time is known.
+    s.accuracy.emplace();
+    s.accuracy->asked = accuracy;
+    s.accuracy->time = std::max(0.0, s.error_estimate);
+    shares.doubt = "no setting was found, so that only the error of the time integration is known";
+  }
+  sim::AccuracyStatement& a = *s.accuracy;
+  const double unit = for_simulation / accuracy;
+  simulated = std::max(0.0, s.error_estimate) * unit;
+  shares.time = a.time * unit;
+  shares.space = a.space * unit;
+  shares.effects = a.effects * unit;
+  shares.total = simulated + shares.map + shares.samples + shares.raster;
+  if (simulated >= shares.map && is_witness(a.column)) {
+    const std::string column = a.column.substr(a.column.find('(') + 1);
+    shares.body = column.substr(0, column.find(')'));
+  }
+  s.notes = in_pictures_words(s.notes);
+  a.chosen.insert(a.chosen.end(), chosen.begin(), chosen.end());
+  a.search_cpu = sim::cpu_seconds() - start - s.cpu_seconds;
+  if (!(shares.total <= shares.allowed)) {
+    std::string advice = "ask for less";
+    if (shares.map > 0.5 * shares.allowed)
+      advice = fmt::format(
+          "the kernel map of '{}' alone takes {}: more nodes on it, another 'scheme', or its own shape functions "
+          "(flexframe reduce)",
+          last.map_body, distance_words(shares.map, shares.unit));
+    s.notes.warn("", fmt::format("the pictures are not known to keep {}: the estimate is {}; {}", asked.words,
+                                 distance_words(shares.total, shares.unit), advice));
+  }
+  if (!shares.doubt.empty()) s.notes.warn("", fmt::format("the pictures are not known to keep {}: {}", asked.words, shares.doubt));
+  a.picture = shares;
+  return results;
+}
+
+std::string distance_words(double value, const std::string& unit) {
+  if (unit != "m") return fmt::format("{:.2g} {}", value, unit);
+  const std::pair<double, const char*> units[] = {{1.0, "m"}, {1e-3, "mm"}, {1e-6, "um"}, {1e-9, "nm"}};
+  for (const auto& [factor, name] : units)
+    if (std::abs(value) >= factor) return fmt::format("{:.3g} {}", value / factor, name);
+  return fmt::format("{:.2g} m", value);
+}
+
+namespace {
+
+struct Share {
+  char letter;
+  double value;
+  const char* words;
+};
+
+std::array<Share, 6> shares_of(const sim::PictureShares& s) {
+  return {{{'t', s.time, "time integration"},
+           {'e', s.space, "elements or modes"},
+           {'f', s.effects, "effects left out"},
+           {'m', s.map, "map to vertices"},
+           {'s', s.samples, "samples"},
+           {'r', s.raster, "single precision and raster"}}};
+}
+
+}  // namespace
+
+std::string shares_bar(const sim::PictureShares& shares, int width) {
+  std::string bar;
+  double upto = 0.0;
+  for (const Share& share : shares_of(shares)) {
+    upto += share.value;
+    const double place = std::min(2.0 * width, width * upto / std::max(shares.allowed, 1e-300));
+    bar.resize(std::max(bar.size(), static_cast<size_t>(std::lround(place))), share.letter);
+  }
+  if (bar.size() <= static_cast<size_t>(width)) return "[" + bar + std::string(static_cast<size_t>(width) - bar.size(), '.') + "]";
+  return "[" + bar.substr(0, static_cast<size_t>(width)) + "]" + bar.substr(static_cast<size_t>(width));
+}
+
+std::vector<std::string> shares_words(const sim::PictureShares& shares) {
+  std::vector<std::string> out;
+  for (const Share& share : shares_of(shares))
+    out.push_back(fmt::format("{} {} {}", share.letter, distance_words(share.value, shares.unit), share.words));
+  return out;
+}
+
+}  // namespace flexframe::film

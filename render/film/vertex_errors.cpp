@@ -1,0 +1,359 @@
+#include "render/film/vertex_errors.h"
+
+#include "render/film/overlay.h"
+#include "render/frame/layout.h"
+#include "sim/base/spatial.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numeric>
+
+namespace flexframe::film {
+namespace {
+
+const sim::BodyDef* definition(const sim::Scene* scene, const std::string& name) {
+  if (!scene) return nullptr;
+  const auto at = std::find_if(scene->bodies.begin(), scene->bodies.end(), [&](const sim::BodyDef& b) { return b.name == name; });
+  return at == scene->bodies.end() ? nullptr : &*at;
+}
+
+glm::dvec3 placed(const glm::dmat4& pose, const glm::dvec3& p) { return glm::dvec3(pose * glm::dvec4(p, 1.0)); }
+
+// Positions of the vertices in the body frame at a scale, in double.
+void scaled_vertices(const Animation& animation, const BodyModel& model, double scale, BodyMemory& memory, std::vector<glm::dvec3>& out) {
+  const size_t n = model.mesh.positions.size();
+  out = model.mesh.positions;
+  if (!model.flexible || memory.displacement.size() < 3 * n) return;
+  if (animation.settings.corotated && model.corotated && scale != 1.0) {
+    memory.scaled.resize(3 * n);
+    model.corotated->apply(memory.displacement, scale, memory.scaled);
+    for (size_t i = 0; i < n; ++i) out[i] += glm::dvec3(memory.scaled[3 * i], memory.scaled[3 * i + 1], memory.scaled[3 * i + 2]);
+    return;
+  }
+  for (size_t i = 0; i < n; ++i)
+    out[i] += scale * glm::dvec3(memory.displacement[3 * i], memory.displacement[3 * i + 1], memory.displacement[3 * i + 2]);
+}
+
+double largest_scale(const Animation& animation, const BodyModel& model) {
+  double out = 1.0;
+  for (const double s : animation.scales) out = std::max(out, s);
+  return model.ghost == GhostStyle::none && !animation.scales.empty() ? std::abs(animation.scales.front()) : out;
+}
+
+// Where the body's surroundings are seen largest: pixels a metre, of its undeformed vertices, thinned.
+double body_pixels_per_metre(const PictureViews& views, const BodyModel& model, const glm::dmat4& pose) {
+  double out = 0.0;
+  const size_t n = model.mesh.positions.size(), step = std::max<size_t>(1, n / 200);
+  for (size_t i = 0; i < n; i += step) out = std::max(out, views.pixels_per_metre(placed(pose, model.mesh.positions[i])));
+  return out;
+}
+
+// The results' body with the mesh of the animation, so that runs with other nodes are drawn on the same vertices.
+sim::ResultBody with_mesh_of(const sim::ResultBody& body, const BodyModel& model) {
+  sim::ResultBody out = body;
+  if (!out.mesh.empty() || out.surface.triangles.rows() > 0 || out.kind != "beam" || model.mesh.triangles.empty()) return out;
+  out.surface.points.resize(static_cast<Eigen::Index>(model.mesh.positions.size()), 3);
+  for (size_t i = 0; i < model.mesh.positions.size(); ++i) {
+    const glm::dvec3& p = model.mesh.positions[i];
+    out.surface.points.row(static_cast<Eigen::Index>(i)) << p.x, p.y, p.z;
+  }
+  out.surface.triangles.resize(static_cast<Eigen::Index>(model.mesh.triangles.size()), 3);
+  for (size_t t = 0; t < model.mesh.triangles.size(); ++t) {
+    const glm::ivec3& c = model.mesh.triangles[t];
+    out.surface.triangles.row(static_cast<Eigen::Index>(t)) << c.x, c.y, c.z;
+  }
+  return out;
+}
+
+}  // namespace
+
+PictureViews::PictureViews(const Animation& animation, int k) {
+  render::Picture picture;
+  picture.size = animation.settings.size;
+  picture.bounds = animation.bounds;
+  fill_overlay(animation, picture_time(animation, k), picture);
+  aim_camera(animation, k, animation.camera, picture);
+  const render::Layout layout = render::make_layout(picture);
+  if (picture.views.empty()) views_.push_back(render::make_view(picture.camera, layout.scene, animation.bounds));
+  for (size_t v = 0; v < picture.views.size() && v < layout.views.size(); ++v)
+    views_.push_back(render::make_view(picture.views[v].camera, layout.views[v], animation.bounds));
+  // Insets show a part of the first view larger.
+  for (size_t i = 0; i < picture.insets.size() && i < layout.magnified.size() && !views_.empty(); ++i) {
+    const render::Camera& first = picture.views.empty() ? picture.camera : picture.views.front().camera;
+    views_.push_back(render::make_view(render::inset_camera(first, views_.front(), picture.insets[i], layout.magnified[i]),
+                                       layout.magnified[i], animation.bounds));
+  }
+}
+
+namespace {
+
+// Whether a point falls into the view's rectangle.
+bool seen(const render::ViewFrame& view, const glm::dvec3& world, glm::dvec2& pixel) {
+  if (!render::project(view, world, pixel)) return false;
+  const render::PixelRect& a = view.area;
+  return pixel.x >= a.x && pixel.y >= a.y && pixel.x <= a.x + a.width && pixel.y <= a.y + a.height;
+}
+
+}  // namespace
+
+double PictureViews::pixels_per_metre(const glm::dvec3& world) const {
+  double out = 0.0;
+  for (const render::ViewFrame& view : views_) {
+    glm::dvec2 pixel;
+    if (!seen(view, world, pixel)) continue;
+    const double distance = view.orthographic ? 1.0 : -(view.view * glm::dvec4(world, 1.0)).z;
+    out = std::max(out, 1.0 / (view.pixel * std::max(distance, view.near)));
+  }
+  return out;
+}
+
+double PictureViews::apart(const glm::dvec3& a, const glm::dvec3& b) const {
+  double out = 0.0;
+  for (const render::ViewFrame& view : views_) {
+    glm::dvec2 at, other;
+    if (seen(view, a, at) && render::project(view, b, other)) out = std::max(out, glm::length(at - other));
+  }
+  return out;
+}
+
+std::vector<int> looked_at(const Animation& animation, int most) {
+  std::vector<int> out;
+  const int n = std::min(most, animation.count);
+  for (int k = 0; k < n; ++k) out.push_back(n < 2 ? 0 : static_cast<int>(static_cast<long long>(k) * (animation.count - 1) / (n - 1)));
+  return out;
+}
+
+VertexDistance vertices_apart(const Animation& animation, const sim::Results& other, const sim::Scene* scene, int most) {
+  const sim::Results& results = *animation.results;
+  if (other.bodies.size() != results.bodies.size()) throw sim::InputError("runs with other bodies cannot be compared by their vertices");
+  VertexDistance out;
+  const std::vector<int> pictures = looked_at(animation, most);
+  std::vector<PictureViews> views;
+  for (const int k : pictures) views.emplace_back(animation, k);
+  for (size_t b = 0; b < results.bodies.size(); ++b) {
+    const BodyModel& model = animation.bodies[b];
+    if (!model.visible || model.mesh.positions.empty()) continue;
+    const sim::ResultBody moved = with_mesh_of(other.bodies[b], model);
+    BodyModel there;
+    if (model.flexible) {
+      BodyDrawing drawing;
+      drawing.def = definition(scene, moved.name);
+      there = make_body_model(moved, drawing, animation.settings, static_cast<int>(b));
+      if (there.mesh.positions.size() != model.mesh.positions.size())
+        throw sim::InputError("body '" + moved.name + "' has another mesh in the other run: vertices cannot be compared");
+    }
+    BodyMemory here_memory, there_memory;
+    std::vector<glm::dvec3> here_at, there_at;
+    for (size_t n = 0; n < pictures.size(); ++n) {
+      const double t = picture_time(animation, pictures[n]);
+      const SamplePlace place = find_sample(results.times, t), place_there = find_sample(other.times, t);
+      if (model.flexible) {
+        update_displacement(model, results.bodies[b], place, here_memory);
+        update_displacement(there, moved, place_there, there_memory);
+      }
+      const glm::dmat4 pose = body_pose(results.bodies[b], place), pose_there = body_pose(other.bodies[b], place_there);
+      for (const double scale : animation.scales) {
+        scaled_vertices(animation, model, scale, here_memory, here_at);
+        if (model.flexible) scaled_vertices(animation, there, scale, there_memory, there_at);
+        const std::vector<glm::dvec3>& their = model.flexible ? there_at : here_at;
+        for (size_t i = 0; i < here_at.size(); ++i) {
+          const glm::dvec3 p = placed(pose, here_at[i]), q = placed(pose_there, their[i]);
+          out.widen(views[n].apart(p, q), glm::length(p - q), pictures[n], b);
+        }
+      }
+    }
+  }
+  return out;
+}
+
+VertexDistance sample_errors(const Animation& animation, int most) {
+  const sim::Results& results = *animation.results;
+  VertexDistance out;
+  const Eigen::Index last = results.times.size() - 1;
+  if (last < 3) return out;
+  for (const int k : looked_at(animation, most)) {
+    const SamplePlace place = find_sample(results.times, picture_time(animation, k));
+    if (place.share <= 0.0) continue;
+    const PictureViews views(animation, k);
+    const Eigen::Index i = std::clamp<Eigen::Index>(place.index, 1, last - 2);
+    const double weight = 0.5 * place.share * (1.0 - place.share);
+    for (size_t b = 0; b < results.bodies.size(); ++b) {
+      const BodyModel& model = animation.bodies[b];
+      const sim::ResultBody& body = results.bodies[b];
+      if (!model.visible || model.mesh.positions.empty()) continue;
+      const double scale = largest_scale(animation, model), per_metre = body_pixels_per_metre(views, model, body_pose(body, place));
+      // The nodes, or of a rigid body vertices here and there: second differences of their places before, at and after the two samples.
+      const size_t points = model.flexible && !body.nodes.empty() ? body.nodes.size() : model.mesh.positions.size();
+      const size_t step = std::max<size_t>(1, points / 40);
+      const auto at = [&](size_t p, Eigen::Index sample) {
+        const bool node = model.flexible && !body.nodes.empty();
+        glm::dvec3 x =
+            node ? glm::dvec3(body.nodes[p].origin.x(), body.nodes[p].origin.y(), body.nodes[p].origin.z()) : model.mesh.positions[p];
+        if (node && body.displacement.cols() > 0)
+          for (int a = 0; a < 3; ++a) x[a] += scale * body.displacement(sample, static_cast<Eigen::Index>(3 * p) + a);
+        return placed(body_pose(body, {sample, 0.0}), x);
+      };
+      for (size_t p = 0; p < points; p += step) {
+        const glm::dvec3 bent = 0.5 * (at(p, i - 1) - at(p, i) - at(p, i + 1) + at(p, i + 2));  // mean of the two second differences
+        const double metres = weight * glm::length(bent);
+        out.widen(metres * per_metre, metres, k, b);
+      }
+    }
+  }
+  return out;
+}
+
+namespace {
+
+// Displacement of any point of a straight beam as its elements have it: places and tangents of the nodes joined by cubic Hermite curves,
+// the sections plane and square to the curve, their twist linear between the nodes.
+class BeamField {
+ public:
+  explicit BeamField(const sim::ResultBody& body) : body_(body), order_(body.nodes.size()) {
+    std::iota(order_.begin(), order_.end(), size_t{0});
+    std::stable_sort(order_.begin(), order_.end(), [&](size_t a, size_t b) { return body.nodes[a].origin.x() < body.nodes[b].origin.x(); });
+  }
+  static bool suits(const sim::ResultBody& body, const sim::BodyDef* def) {
+    const auto* beam = def ? std::get_if<sim::BeamDef>(&def->kind) : nullptr;
+    return body.kind == "beam" && body.nodes.size() > 1 && body.rotation.size() > 0 && beam && !beam->axis;
+  }
+  sim::Vec3 displaced(const sim::Vec3& x, Eigen::Index sample) const {
+    size_t i = 0;
+    while (i + 2 < order_.size() && body_.nodes[order_[i + 1]].origin.x() < x.x()) ++i;
+    const double x0 = body_.nodes[order_[i]].origin.x(), h = body_.nodes[order_[i + 1]].origin.x() - x0;
+    if (!(h > 0.0)) return motion(order_[i], sample);
+    const double s = (x.x() - x0) / h;
+    const sim::Mat3 r0 = turn(order_[i], sample), r1 = turn(order_[i + 1], sample);
+    const sim::Vec3 p0 = axis(order_[i]) + motion(order_[i], sample), p1 = axis(order_[i + 1]) + motion(order_[i + 1], sample);
+    // Tangents of the length that the element has now: stretching is linear.
+    const sim::Vec3 t0 = h * r0.col(0), t1 = h * r1.col(0);
+    const double s2 = s * s, s3 = s2 * s;
+    const sim::Vec3 p = (2 * s3 - 3 * s2 + 1) * p0 + (s3 - 2 * s2 + s) * t0 + (3 * s2 - 2 * s3) * p1 + (s3 - s2) * t1;
+    const sim::Vec3 along = (6 * s2 - 6 * s) * p0 + (3 * s2 - 4 * s + 1) * t0 + (6 * s - 6 * s2) * p1 + (3 * s2 - 2 * s) * t1;
+    const sim::Quat q = sim::Quat(r0).slerp(s, sim::Quat(r1));
+    const sim::Vec3 e = q.toRotationMatrix().col(0);
+    const sim::Mat3 r = (sim::Quat::FromTwoVectors(e, along) * q).toRotationMatrix();
+    return p + r * sim::Vec3(0.0, x.y(), x.z()) - x;
+  }
+
+ private:
+  sim::Vec3 axis(size_t node) const { return body_.nodes[node].origin; }
+  sim::Vec3 motion(size_t node, Eigen::Index sample) const {
+    return body_.displacement.row(sample).segment<3>(static_cast<Eigen::Index>(3 * node)).transpose();
+  }
+  sim::Mat3 turn(size_t node, Eigen::Index sample) const {
+    return sim::rotation_exp(body_.rotation.row(sample).segment<3>(static_cast<Eigen::Index>(3 * node)).transpose());
+  }
+  const sim::ResultBody& body_;
+  std::vector<size_t> order_;
+};
+
+// Samples at pictures where the body is bent farthest, a few.
+std::vector<int> most_bent(const Animation& animation, const sim::ResultBody& body, int most, size_t few) {
+  std::vector<std::pair<double, int>> bent;
+  for (const int k : looked_at(animation, most)) {
+    const Eigen::Index i = find_sample(animation.results->times, picture_time(animation, k)).index;
+    bent.emplace_back(-body.displacement.row(i).cwiseAbs().maxCoeff(), k);
+  }
+  std::sort(bent.begin(), bent.end());
+  std::vector<int> out;
+  for (size_t k = 0; k < std::min(few, bent.size()); ++k) out.push_back(bent[k].second);
+  return out;
+}
+
+constexpr size_t map_moments = 6;
+
+}  // namespace
+
+MapErrors map_errors(const Animation& animation, const sim::Scene* scene, int most) {
+  const sim::Results& results = *animation.results;
+  MapErrors out;
+  for (size_t b = 0; b < results.bodies.size(); ++b) {
+    const BodyModel& model = animation.bodies[b];
+    const sim::ResultBody& body = results.bodies[b];
+    if (!model.visible || !model.flexible || model.mesh.positions.empty() || !model.vertex_nodes.empty()) continue;
+    if (body.displacement.size() == 0) continue;
+    const sim::BodyDef* def = definition(scene, body.name);
+    const bool beam = BeamField::suits(body, def);
+    const BeamField field(body);
+    BodyModel doubting;
+    bool another = false;  // by the same map with another kernel
+    if (!beam) {
+      RenderSettings settings = animation.settings;
+      settings.color_by = ColorBy::map_error;
+      BodyDrawing drawing;
+      drawing.def = def;
+      doubting = make_body_model(body, drawing, settings, static_cast<int>(b));
+      const auto global = [](const std::optional<interp::Map>& map) {
+        return map && (map->report.scheme == interp::Scheme::elastic || map->report.scheme == interp::Scheme::lattice);
+      };
+      // Leaving out a node takes its support from an elastic surface or solid: another kernel tells more.
+      if (!doubting.doubt && global(doubting.map)) {
+        settings = animation.settings;
+        settings.scheme = interp::Scheme::kernel;
+        doubting = make_body_model(body, drawing, settings, static_cast<int>(b));
+        another = true;
+      }
+      if (!another && !doubting.doubt && !(doubting.error_bar && doubting.error_bar->known())) {
+        out.unknown.push_back(body.name);
+        continue;
+      }
+      if (!doubting.doubt) out.estimated.push_back(body.name);
+    }
+    BodyMemory memory, other;
+    std::vector<float> doubt;
+    const double scale = largest_scale(animation, model);
+    for (const int k : most_bent(animation, body, most, map_moments)) {
+      const PictureViews views(animation, k);
+      const SamplePlace place{find_sample(results.times, picture_time(animation, k)).index, 0.0};
+      const double per_metre = body_pixels_per_metre(views, model, body_pose(body, place));
+      double largest = 0.0;
+      if (beam) {
+        update_displacement(model, body, place, memory);
+        for (size_t i = 0; i < model.mesh.positions.size(); ++i) {
+          const glm::dvec3& x = model.mesh.positions[i];
+          const sim::Vec3 exact = field.displaced({x.x, x.y, x.z}, place.index);
+          const sim::Vec3 drawn(memory.displacement[3 * i], memory.displacement[3 * i + 1], memory.displacement[3 * i + 2]);
+          largest = std::max(largest, (exact - drawn).norm());
+        }
+      } else if (another) {
+        update_displacement(model, body, place, memory);
+        update_displacement(doubting, body, place, other);
+        for (size_t i = 0; i + 2 < memory.displacement.size() && i + 2 < other.displacement.size(); i += 3) {
+          double square = 0.0;
+          for (size_t c = i; c < i + 3; ++c) square += std::pow(static_cast<double>(memory.displacement[c]) - other.displacement[c], 2);
+          largest = std::max(largest, std::sqrt(square));
+        }
+      } else {
+        map_error(doubting, body, place, memory, doubt);
+        for (const float d : doubt) largest = std::max(largest, static_cast<double>(d));
+      }
+      out.largest.widen(scale * largest * per_metre, scale * largest, k, b);
+    }
+  }
+  return out;
+}
+
+VertexDistance raster_errors(const Animation& animation, int most) {
+  constexpr double places = 256.0;  // of a pixel
+  constexpr double rounding = 6e-8;
+  const sim::Results& results = *animation.results;
+  VertexDistance out;
+  for (const int k : looked_at(animation, most)) {
+    const PictureViews views(animation, k);
+    const SamplePlace place = find_sample(results.times, picture_time(animation, k));
+    for (size_t b = 0; b < results.bodies.size(); ++b) {
+      const BodyModel& model = animation.bodies[b];
+      if (!model.visible || model.mesh.positions.empty()) continue;
+      double farthest = 0.0;
+      for (const glm::dvec3& p : model.mesh.positions) farthest = std::max(farthest, glm::length(p));
+      const glm::dmat4 pose = body_pose(results.bodies[b], place);
+      const double metres = rounding * (farthest + glm::length(glm::dvec3(pose[3])));
+      out.widen(0.5 / places + metres * body_pixels_per_metre(views, model, pose), metres, k, b);
+    }
+  }
+  return out;
+}
+
+}  // namespace flexframe::film
