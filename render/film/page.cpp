@@ -6,6 +6,7 @@
 #include "render/base/html.h"
 #include "render/film/overlay.h"
 #include "render/film/page_texts.h"
+#include "render/film/picture_accuracy.h"
 #include "render/film/shape_basis.h"
 #include "render/frame/backdrop.h"
 #include "render/frame/layout.h"
@@ -336,6 +337,29 @@ void add_times(const Animation& animation, Json& scene) {
   scene["follow"] = animation.follow;
 }
 
+// The shares of an accuracy of pictures as one bar with its legend; a full bar is what is allowed.
+std::string shares_html(const sim::PictureShares& p) {
+  const std::pair<double, const char*> shares[] = {{p.time, "time integration"},    {p.space, "elements or modes"},
+                                                   {p.effects, "effects left out"}, {p.map, "map to vertices"},
+                                                   {p.samples, "samples"},          {p.raster, "raster"}};
+  double sum = 0.0;
+  for (const auto& [value, words] : shares) sum += value;
+  const double full = std::max({p.allowed, sum, 1e-300});
+  std::string bar, legend;
+  int k = 0;
+  for (const auto& [value, words] : shares) {
+    const std::string distance = distance_words(value, p.unit);
+    bar += fmt::format("<i class=\"share{}\" style=\"width:{:.2f}%\" title=\"{}: {}\"></i>", k, 100.0 * value / full, words, distance);
+    if (value > 0.0) legend += fmt::format("<span><i class=\"share{}\"></i>{} {}</span> ", k, distance, words);
+    ++k;
+  }
+  return fmt::format(
+      "<dt>accuracy of the pictures</dt><dd>{} of {} allowed{}<div class=\"shares\">{}<b style=\"left:{:.2f}%\"></b></div>"
+      "<div class=\"shares-legend\">{}</div></dd>\n",
+      distance_words(p.total, p.unit), render::escape_html(p.asked),
+      p.body.empty() ? "" : render::escape_html(fmt::format(", largest at '{}'", p.body)), bar, 100.0 * p.allowed / full, legend);
+}
+
 // What the run says of itself, as the program prints it.
 std::string summary(const Animation& animation, const PageReport& report) {
   const sim::SolverStatistics& s = animation.results->statistics;
@@ -347,10 +371,11 @@ std::string summary(const Animation& animation, const PageReport& report) {
   add("duration", fmt::format("{:g} s, {} samples", times[times.size() - 1] - times[0], times.size()));
   if (!s.method.empty())
     add("simulation", fmt::format("{}, tolerance {:g}, {} steps, {:.3g} CPU s", s.method, s.tolerance, s.steps, s.cpu_seconds));
-  if (s.accuracy)
+  if (s.accuracy && s.accuracy->picture) text += shares_html(*s.accuracy->picture);
+  else if (s.accuracy)
     add("accuracy", fmt::format("{:g} asked: {:.1e} time integration, {:.1e} elements or modes, {:.1e} effects left out", s.accuracy->asked,
                                 s.accuracy->time, s.accuracy->space, s.accuracy->effects));
-  if (s.error_estimate >= 0.0)
+  if (s.error_estimate >= 0.0 && !(s.accuracy && s.accuracy->picture))
     add("estimated error",
         s.error_estimate < 1e-13 ? "negligible" : fmt::format("{:.1e} of the range of {}", s.error_estimate, s.error_column));
   if (report.error > 0.0 || report.value_error > 0.0)

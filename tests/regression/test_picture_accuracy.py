@@ -1,0 +1,144 @@
+"""An accuracy asked of the pictures, "0.5 px" or "0.1 mm": kept against a pendulum integrated here, told in shares, refused in sentences."""
+import json
+import math
+import pathlib
+import tempfile
+
+from program import examples, expect, finish, history, run
+
+L, G, START, WIDE, LINES = 1.0, 9.81, 1.2, 3.0, 600  # m, m/s^2, rad, m that the camera sees in LINES pixels
+
+PENDULUM = f"""
+[simulation]
+duration = 2.0
+output_rate = 100
+gravity = [0, {-G}, 0]
+ACCURACY
+[[body]]
+name = "rod"
+kind = "rigid"
+mass = 1.0
+centre_of_mass = [{L / 2}, 0, 0]
+inertia = [1e-4, {L * L / 12}, {L * L / 12}]
+frames = {{ tip = [{L}, 0, 0] }}
+shapes = [{{ shape = "link", from = [0, 0, 0], to = [{L}, 0, 0], width = 0.05, thickness = 0.02 }}]
+[[joint]]
+name = "pivot"
+kind = "revolute"
+parent = "ground"
+child = "rod"
+initial = {{ value = {START - math.pi / 2} }}
+[[output]]
+name = "tip"
+of = "rod.tip"
+quantity = "position"
+[render]
+size = [800, {LINES}]
+frame_rate = 10
+speed = 1.0
+camera = {{ fit = false, position = [0, 0, 5], target = [0, 0, 0], height = {WIDE}, projection = "orthographic" }}
+overlay = {{ title = false, time = false, scalar_bar = false, triad = false }}
+"""
+
+
+def true_tip(duration, samples):
+    """Places of the tip by Runge-Kutta of fourth order, steps of 20 microseconds: its error is below 1e-12 m."""
+    angle, rate, out = START, 0.0, []
+    pull = -1.5 * G / L
+    many = round(duration / samples / 2e-5)
+    h = duration / samples / many
+    for _ in range(samples + 1):
+        out.append((L * math.sin(angle), -L * math.cos(angle)))
+        for _ in range(many):
+            k1, l1 = rate, pull * math.sin(angle)
+            k2, l2 = rate + h / 2 * l1, pull * math.sin(angle + h / 2 * k1)
+            k3, l3 = rate + h / 2 * l2, pull * math.sin(angle + h / 2 * k2)
+            k4, l4 = rate + h * l3, pull * math.sin(angle + h * k3)
+            angle, rate = angle + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4), rate + h / 6 * (l1 + 2 * l2 + 2 * l3 + l4)
+    return out
+
+
+def simulate(folder, text, name, *words):
+    scene = folder / "scene.toml"
+    scene.write_text(text)
+    done = run("simulate", scene, "-o", folder / f"{name}.h5", "--csv", folder / f"{name}.csv", "--json", "--fresh", *words)
+    return json.loads(done.stdout)["simulation"]
+
+
+with tempfile.TemporaryDirectory() as temporary:
+    folder = pathlib.Path(temporary)
+    truth = true_tip(2.0, 200)
+    pixel = WIDE / LINES
+    for asked, words, metres in [
+        ('accuracy = "2 mm"', (), 2e-3),
+        ('accuracy = "0.05 mm"', (), 5e-5),
+        ('accuracy = "0.5 px"', (), 0.5 * pixel),
+        ("", ("--accuracy", "0.05 px"), 0.05 * pixel),
+        ('accuracy = "5 px"', ("--accuracy", "20 um"), 2e-5),  # the command line counts
+    ]:
+        told = simulate(folder, PENDULUM.replace("ACCURACY", asked), "run", *words)
+        columns = history(folder / "run.csv")
+        expect(list(columns) == ["t", "tip.x", "tip.y", "tip.z"], f"{asked}: columns are {list(columns)}")
+        every = (len(columns["t"]) - 1) // 200  # more samples where they were too far apart
+        apart = max(
+            math.hypot(columns["tip.x"][i * every] - x, columns["tip.y"][i * every] - y) for i, (x, y) in enumerate(truth)
+        )
+        shares = told["accuracy"]["picture"]
+        unit = pixel if shares["unit"] == "px" else 1.0
+        estimate = shares["total"] * unit
+        print(f"{shares['asked']}: {apart:.2e} m, estimated {estimate:.2e}, tolerance {told['tolerance']:.1e}, rate x{every}")
+        expect(abs(shares["allowed"] * unit - metres) < 1e-9 * metres, f"{asked} {words}: {shares['allowed']} is allowed")
+        expect(apart <= metres, f"{asked} {words}: {apart:.2e} m of {metres:.2e}")
+        expect(estimate <= metres and not told["warnings"], f"{asked} {words}: {told['warnings']}, {shares}")
+        expect(apart <= 5 * (shares["time"] * unit), f"{asked}: off by {apart:.2e}, told {shares['time'] * unit:.2e} for time")
+        parts = shares["time"] + math.hypot(shares["space"], shares["effects"]) + shares["map"] + shares["samples"] + shares["raster"]
+        expect(parts <= 1.2 * shares["total"] + 1e-9, f"the shares add up to {parts}, the total is {shares['total']}")
+
+    # Two results compared by their vertices: a loose run is as far from the truth as its histories say.
+    simulate(folder, PENDULUM.replace("ACCURACY", ""), "loose", "--tolerance", "1e-3")
+    simulate(folder, PENDULUM.replace("ACCURACY", ""), "tight", "--tolerance", "1e-11")
+    columns, tight = history(folder / "loose.csv"), history(folder / "tight.csv")
+    tips = [math.dist(*[(c["tip.x"][i], c["tip.y"][i]) for c in (columns, tight)]) for i in range(0, 201, 10)]
+    vertices = json.loads(run("compare", folder / "loose.h5", folder / "tight.h5", "--json").stdout)
+    print(f"vertices {vertices['metres']:.4e} m and {vertices['pixels']:.3f} px apart, the tip {max(tips):.4e} m")
+    expect(max(tips) > 1e-4, "the loose run is none")
+    # The link ends beyond its tip by half its width.
+    expect(0.99 * max(tips) <= vertices["metres"] <= 1.06 * max(tips), f"vertices {vertices}, tip {max(tips)}")
+    expect(abs(vertices["pixels"] * pixel / vertices["metres"] - 1) < 0.01, f"pixels do not fit metres: {vertices}")
+    run("compare", folder / "loose.h5", folder / "tight.h5", "--pixels", 0.5 * vertices["pixels"], code=1)
+    run("compare", folder / "loose.h5", folder / "tight.h5", "--pixels", 2 * vertices["pixels"])
+
+    # A body of few nodes whose map alone takes two pixels: said, and an error where warnings are errors. Its own shape functions tell 2.3 px.
+    solid = examples / "pendulum_solid.toml"
+    told = json.loads(run("simulate", solid, "--csv", folder / "s.csv", "--accuracy", "0.5 px", "--json", "--fresh").stdout)["simulation"]
+    share = told["accuracy"]["picture"]["map"]
+    print(f"map of the solid: {share:.2f} px")
+    expect(2.3 / 3 <= share <= 3 * 2.3, f"the map's share is {share}, true are 2.3 px")
+    expect(any("kernel map of 'pendulum'" in w for w in told["warnings"]), f"nothing is said of the map: {told['warnings']}")
+    done = run("simulate", solid, "--csv", folder / "strict.csv", "--accuracy", "0.5 px", "--strict", code=1)
+    expect("0.5 px" in done.stderr and not (folder / "strict.csv").exists(), f"strict: {done.stderr}")
+
+    # What makes no sense is refused with file, line and key.
+    scene = folder / "scene.toml"
+    for value, words in [
+        ('"0.5 kg"', ("kg", "no unit of length")),
+        ('"0.5 pz"', ("pz", "unknown", "px")),
+        ('"-1 px"', ("above 0",)),
+        ('"half a pixel"', ("0.5 px",)),
+        ("2.0", ("from 1e-12 to 0.5", "0.5 px")),
+    ]:
+        scene.write_text(PENDULUM.replace("ACCURACY", f"accuracy = {value}"))
+        message = run("simulate", scene, "--csv", folder / "w.csv", code=2).stderr
+        line = next(i for i, text in enumerate(scene.read_text().splitlines(), 1) if text.startswith("accuracy"))
+        for word in (f"scene.toml:{line}", "'accuracy'", *words):
+            expect(word in message, f"accuracy = {value}: {word} is not in: {message}")
+        if value.startswith('"'):
+            message = run("simulate", solid, "--csv", folder / "w.csv", "--accuracy", value[1:-1], code=2).stderr
+            expect("--accuracy" in message, f"--accuracy {value}: {message}")
+    scene.write_text(PENDULUM.replace("ACCURACY", 'accuracy = "1 px"\ntolerance = 1e-6'))
+    message = run("simulate", scene, "--csv", folder / "w.csv", code=2).stderr
+    expect("excludes 'tolerance'" in message, f"both given: {message}")
+    done = run("sweep", solid, "--set", "simulation.duration=0.1,0.2", "-o", folder / "sweep", "--accuracy", "1 px", code=2)
+    expect("a sweep compares numbers" in done.stderr, f"sweep: {done.stderr}")
+
+finish()
