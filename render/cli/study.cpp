@@ -4,6 +4,7 @@
 #include "render/cli/jobs.h"
 #include "render/cli/terminal.h"
 
+#include "render/film/picture_accuracy.h"
 #include "render/film/study.h"
 #include "render/film/study_page.h"
 #include "sim/base/file_output.h"
@@ -19,6 +20,12 @@ namespace flexframe::cli {
 namespace {
 
 void print_study(const film::Study& study, const std::filesystem::path& folder) {
+  if (study.overview && study.overview->recommended >= 0) {
+    const film::OverviewPoint& p = study.overview->points[static_cast<size_t>(study.overview->recommended)];
+    fmt::print("recommended  {}: {} off at most ({:.2g} % of the motion), {:.3g} CPU s of simulation, {:.3g} of map and drawing\n", p.name,
+               film::distance_words(p.pixels, "px"), p.percent, p.cpu_run, p.cpu_pictures);
+    fmt::print("figure       {}\n", (folder / "overview.png").string());
+  }
   fmt::print("reference    {}, good to {:.1e}, {:.2f} CPU s\n", study.reference, study.reference_error, study.reference_cpu);
   for (const film::StudyOrder& o : study.orders) fmt::print("order        {} ({}): {:.2f}\n", o.axis, o.series, o.order);
   for (const film::StudyAdvice& a : study.advice) {
@@ -59,7 +66,7 @@ Command add_study(Program& program) {
     std::string shard;
     EngineWords engine;
     int repeats = 3;
-    double longest = 0.0, reference_seconds = 60.0;
+    double longest = 0.0, seconds = 60.0, reference_seconds = 0.0;
     bool resume = false, html = false, json = false;
   };
   const auto words = std::make_shared<Words>();
@@ -77,7 +84,12 @@ Command add_study(Program& program) {
   app.option("--longest", words->longest, "CPU seconds after which a run is stopped; default: twenty times those of the scene as written")
       .positive();
   app.option("--reference", words->reference, "histories (CSV) as the reference; default: computed").as("FILE");
-  app.option("--reference-seconds", words->reference_seconds, "CPU seconds that a computed reference may take").positive().show_default();
+  app.option("--seconds", words->seconds, "CPU seconds that the study may take in all; what does not fit is left out, which it says")
+      .positive()
+      .show_default();
+  app.option("--reference-seconds", words->reference_seconds,
+             "CPU seconds that a computed reference may take; default: a sixth of --seconds")
+      .positive();
   app.flag("--resume", words->resume, "keep the runs of an interrupted study of the same scene");
   app.option("--shard", words->shard, "every N-th run from the I-th on, without report: study --resume makes that of all; needs --longest")
       .as("I/N");
@@ -94,6 +106,7 @@ Command add_study(Program& program) {
             options.axes = words->axes;
             options.repeats = words->repeats;
             options.longest = words->longest;
+            options.seconds = words->seconds;
             options.reference_seconds = words->reference_seconds;
             if (!words->reference.empty()) options.reference = words->reference;
             options.folder = words->out.empty() ? fs::path(name + "-study") : fs::path(words->out);
@@ -102,8 +115,9 @@ Command add_study(Program& program) {
             options.command = fmt::format("flexframe study {}", words->scene);
             if (!words->axes.empty()) options.command += fmt::format(" --axes {}", fmt::join(words->axes, ","));
             if (words->longest > 0.0) options.command += fmt::format(" --longest {:g}", words->longest);
-            options.command += words->reference.empty() ? fmt::format(" --reference-seconds {:g}", words->reference_seconds)
-                                                        : fmt::format(" --reference {}", words->reference);
+            options.command += fmt::format(" --seconds {:g}", words->seconds);
+            if (!words->reference.empty()) options.command += fmt::format(" --reference {}", words->reference);
+            else if (words->reference_seconds > 0.0) options.command += fmt::format(" --reference-seconds {:g}", words->reference_seconds);
             options.command += fmt::format(" --repeats {}", words->repeats);
             require_writable(options.folder);
             if ((!words->shard.empty() || words->engine.elsewhere()) && !(options.longest > 0.0))

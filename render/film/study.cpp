@@ -346,6 +346,7 @@ void check_options(const sim::Scene& scene, StudyOptions& options) {
     if (!has_axis(scene, axis))
       throw sim::InputError(fmt::format("{}: the scene has nothing that the axis '{}' varies", scene.file.string(), axis));
   }
+  if (!(options.reference_seconds > 0.0)) options.reference_seconds = options.seconds / 6.0;
   if (options.axes.empty())
     for (const std::string& axis : study_axes())
       if (has_axis(scene, axis)) options.axes.push_back(axis);
@@ -375,6 +376,7 @@ sim::Scene plain_scene(const sim::Scene& scene) {
   sim::Scene plain = scene;
   plain.simulation.tolerance = scene.simulation.tolerance.value_or(sim::default_tolerance);
   plain.simulation.accuracy.reset();
+  plain.simulation.picture_accuracy.reset();
   return plain;
 }
 Run first_run(Runs& runs, const PlannedPoint& p) {
@@ -411,6 +413,23 @@ void run_study_shard(const sim::Scene& scene, const StudyOptions& given, int sha
   }
 }
 
+namespace {
+
+constexpr double share_of_overview = 0.35;
+
+void add_overview(const sim::Scene& scene, const StudyOptions& options, Study& study) {
+  OverviewOptions o;
+  o.seconds = share_of_overview * options.seconds;
+  o.progress = [&](double) {
+    if (options.progress) options.progress(-1.0, "pictures against time");
+  };
+  std::string why;
+  study.overview = study_overview(scene, o, why);
+  if (!study.overview) study.notes.push_back("no figure of pictures against time: " + why);
+}
+
+}  // namespace
+
 Study run_study(const sim::Scene& scene, const StudyOptions& given) {
   StudyOptions options = given;
   check_options(scene, options);
@@ -422,6 +441,9 @@ Study run_study(const sim::Scene& scene, const StudyOptions& given) {
   const auto show = [&](double fraction, const std::string& what) {
     if (options.progress) options.progress(fraction, what);
   };
+  const double start = sim::process_cpu_seconds();
+  const auto spent = [&] { return sim::process_cpu_seconds() - start; };
+  add_overview(scene, options, study);
 
   const std::vector<PlannedPoint> plan = plan_all(scene, options);
 
@@ -444,12 +466,23 @@ Study run_study(const sim::Scene& scene, const StudyOptions& given) {
   // First runs, then repeats in turn, so that a disturbance of the machine hits all points alike.
   std::vector<Run> done;
   const double share = 1.0 / static_cast<double>(plan.size() * std::max(1, options.repeats) + 1);
+  int unmade = 0;
   for (const PlannedPoint& p : plan) {
+    if (spent() > options.seconds) {
+      done.emplace_back();
+      done.back().failure = fmt::format("left out: the study's {:g} CPU s were spent", options.seconds);
+      ++unmade;
+      continue;
+    }
     show(0.2 + 0.75 * share * static_cast<double>(done.size()), fmt::format("{}: {}", p.axis, p.label));
     done.push_back(first_run(runs, p));
   }
+  if (unmade > 0)
+    study.notes.push_back(fmt::format("{} of {} settings were left out, because the study's {:g} CPU s were spent: --seconds gives it more",
+                                      unmade, plan.size(), options.seconds));
   for (int r = 1; r < options.repeats; ++r)
     for (size_t i = 0; i < plan.size(); ++i) {
+      if (spent() > options.seconds) continue;
       show(0.2 + 0.75 * share * static_cast<double>(static_cast<size_t>(r) * plan.size() + i), "repeats");
       if (to_be_repeated(done[i], r + 1)) runs.again(done[i], plan[i].scene);
     }

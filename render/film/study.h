@@ -11,6 +11,7 @@
 // Every run is kept in folder/runs, so that an interrupted study goes on where it stopped.
 #pragma once
 
+#include "render/film/study_overview.h"
 #include "sim/results/histories.h"
 #include "sim/scene/scene.h"
 
@@ -29,7 +30,8 @@ struct StudyOptions {
   std::vector<std::string> axes;                                           // empty: all that the scene has
   int repeats = 3;                                                         // of every run, for the median CPU time
   double longest = 0.0;                                                    // CPU s of one run; 0: twenty times the scene's own, at least 5
-  double reference_seconds = 60.0;                                         // CPU s that the reference may take in all
+  double seconds = 60.0;                                                   // CPU s that the study may take in all
+  double reference_seconds = 0.0;                                          // of them for the reference; 0: a sixth
   std::optional<std::filesystem::path> reference;                          // histories (CSV) instead of an own one
   std::filesystem::path folder;                                            // everything goes there
   bool resume = false;                                                     // keep what folder/runs has of the same scene and program
@@ -81,6 +83,7 @@ struct Study {
   std::vector<StudyOrder> orders;
   std::vector<StudyAdvice> advice;  // 1e-2, 1e-3, 1e-4, 1e-5
   std::vector<PicturePoint> pictures;
+  std::optional<StudyOverview> overview;  // the figure that it leads with
   std::vector<std::string> notes;
 };
 

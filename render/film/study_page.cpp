@@ -1,8 +1,10 @@
 #include "render/film/study_page.h"
 
+#include "render/base/base64.h"
 #include "render/base/house_page.h"
 #include "render/base/html.h"
 #include "render/film/study_text.h"
+#include "render/image/png.h"
 
 #include <fmt/format.h>
 
@@ -26,6 +28,10 @@ std::string paragraph(std::string_view text) {
 std::string study_page(const Study& study) {
   const std::vector<NamedDiagram> diagrams = study_diagrams(study);
   std::string out = render::house_head(study.title + ": what accuracy costs");
+  if (study.overview)
+    out += fmt::format(
+        "<img alt=\"error in pixels against CPU time\" style=\"width:100%;max-width:1600px\" src=\"data:image/png;base64,{}\">\n",
+        render::base64(render::encode_png(study.overview->figure, {.level = 9, .text = {}})));
   for (const StudyBlock& b : study_blocks(study)) {
     if (b.kind == StudyBlock::Kind::heading) out += fmt::format("<h2 id=\"{0}\">{0}</h2>\n", render::escape_html(b.text));
     if (b.kind == StudyBlock::Kind::text) out += paragraph(b.text);

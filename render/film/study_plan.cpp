@@ -38,6 +38,7 @@ double scene_tolerance(const Scene& scene) { return scene.simulation.tolerance.v
 void set_tolerance(Scene& scene, double tolerance) {
   scene.simulation.tolerance = tolerance;
   scene.simulation.accuracy.reset();
+  scene.simulation.picture_accuracy.reset();
 }
 
 bool any_beam(const Scene& scene, const std::function<bool(const BeamDef&)>& test) {

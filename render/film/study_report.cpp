@@ -38,6 +38,26 @@ std::string to_csv(const Study& s) {
 
 nlohmann::ordered_json optional_number(double v) { return v < 0.0 ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(v); }
 
+nlohmann::ordered_json overview_json(const StudyOverview& o) {
+  nlohmann::ordered_json out = {{"reference", o.reference},
+                                {"reference_pixels", optional_number(o.reference_pixels)},
+                                {"pictures", o.pictures},
+                                {"motion_pixels", o.motion_pixels},
+                                {"recommended", o.recommended},
+                                {"left_out", o.left_out},
+                                {"points", nlohmann::ordered_json::array()}};
+  for (const OverviewPoint& p : o.points)
+    out["points"].push_back({{"name", p.name},
+                             {"series", p.series},
+                             {"tolerance", p.tolerance},
+                             {"cpu_simulation", p.cpu_run},
+                             {"cpu_pictures", p.cpu_pictures},
+                             {"pixels", p.pixels},
+                             {"percent", p.percent},
+                             {"front", p.front}});
+  return out;
+}
+
 std::string to_json(const Study& s) {
   nlohmann::ordered_json out = {{"title", s.title}, {"scene", s.scene_file}, {"command", s.command}, {"columns", s.columns}};
   out["reference"] = {{"what", s.reference}, {"error", s.reference_error}, {"cpu_seconds", s.reference_cpu}};
@@ -86,6 +106,7 @@ std::string to_json(const Study& s) {
                                {"cpu_seconds", p.cpu},
                                {"error", optional_number(p.failure.empty() ? p.error : -1.0)},
                                {"failure", p.failure}});
+  if (s.overview) out["pictures_against_time"] = overview_json(*s.overview);
   out["notes"] = s.notes;
   return out.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
@@ -97,6 +118,7 @@ std::string to_markdown(const Study& s) {
     for (const std::string& cell : cells) out += cell.empty() ? " |" : fmt::format(" {} |", cell);
     out += '\n';
   };
+  if (s.overview) out += "\n![what accuracy costs](overview.png)\n";
   for (const StudyBlock& b : study_blocks(s)) {
     out += '\n';
     if (b.kind == StudyBlock::Kind::heading) out += fmt::format("## {}\n", b.text);
@@ -119,6 +141,7 @@ void write_study(const Study& s, const fs::path& folder) {
     sim::write_whole_file(folder / (name + ".svg"), diagram_svg(diagram));
     render::write_png(folder / (name + ".png"), diagram_image(diagram), {.level = 9, .text = {}});
   }
+  if (s.overview) render::write_png(folder / "overview.png", s.overview->figure, {.level = 9, .text = {}});
   sim::write_whole_file(folder / "study.csv", to_csv(s));
   sim::write_whole_file(folder / "study.json", to_json(s));
   sim::write_whole_file(folder / "study.md", to_markdown(s));

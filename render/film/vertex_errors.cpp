@@ -117,6 +117,14 @@ double PictureViews::apart(const glm::dvec3& a, const glm::dvec3& b) const {
   return out;
 }
 
+glm::dvec2 PictureViews::pixel(const glm::dvec3& world) const {
+  glm::dvec2 out(0.0);
+  if (views_.empty()) return out;
+  const render::PixelRect& a = views_.front().area;
+  if (!render::project(views_.front(), world, out)) out = {a.x + 0.5 * a.width, a.y + 0.5 * a.height};
+  return out;
+}
+
 std::vector<int> looked_at(const Animation& animation, int most) {
   std::vector<int> out;
   const int n = std::min(most, animation.count);
@@ -159,7 +167,7 @@ VertexDistance vertices_apart(const Animation& animation, const sim::Results& ot
         const std::vector<glm::dvec3>& their = model.flexible ? there_at : here_at;
         for (size_t i = 0; i < here_at.size(); ++i) {
           const glm::dvec3 p = placed(pose, here_at[i]), q = placed(pose_there, their[i]);
-          out.widen(views[n].apart(p, q), glm::length(p - q), pictures[n], b);
+          out.widen(views[n].apart(p, q), glm::length(p - q), pictures[n], b, p);
         }
       }
     }

@@ -19,6 +19,8 @@ class PictureViews {
   double pixels_per_metre(const glm::dvec3& world) const;
   // The largest distance in pixels of two world points over the views that see the first.
   double apart(const glm::dvec3& a, const glm::dvec3& b) const;
+  // Where a world point is seen in the first view, from the upper left of the picture; the view's middle for one that is behind it.
+  glm::dvec2 pixel(const glm::dvec3& world) const;
 
  private:
   std::vector<render::ViewFrame> views_;
@@ -29,8 +31,9 @@ struct VertexDistance {
   double pixels = 0.0, metres = 0.0;
   int picture = -1;
   size_t body = 0;
-  void widen(double px, double m, int at, size_t of) {
-    if (px > pixels || (picture < 0 && px >= pixels)) picture = at, body = of;
+  glm::dvec3 world{0.0};  // the vertex, where it is told
+  void widen(double px, double m, int at, size_t of, const glm::dvec3& where = glm::dvec3(0.0)) {
+    if (px > pixels || (picture < 0 && px >= pixels)) picture = at, body = of, world = where;
     pixels = std::max(pixels, px);
     metres = std::max(metres, m);
   }

@@ -1,0 +1,589 @@
+#include "render/film/study_overview.h"
+
+#include "render/draw/renderer.h"
+#include "render/film/animation.h"
+#include "render/film/flat.h"
+#include "render/film/picture_accuracy.h"
+#include "render/film/study_plan.h"
+#include "render/film/vertex_errors.h"
+#include "render/image/canvas.h"
+#include "render/image/text.h"
+#include "sim/base/cpu_clock.h"
+#include "sim/run/run_scene.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <set>
+
+namespace flexframe::film {
+namespace {
+
+constexpr double half_pixel = 0.5;
+constexpr int pictures_compared = 60;
+// Of the time allowed, for the reference; and how much longer a run may take than the one of ten times its tolerance did.
+constexpr double share_of_reference = 0.45, usual_growth = 3.0;
+
+struct TooLong {};
+
+// What a point keeps: its results for the pictures.
+struct Made {
+  OverviewPoint point;
+  std::shared_ptr<sim::Results> results;
+};
+
+class Runner {
+ public:
+  Runner(const OverviewOptions& options) : options_(options), start_(sim::cpu_seconds()) {}
+  double spent() const { return sim::cpu_seconds() - start_; }
+  // None where it fails or takes longer than `seconds`.
+  std::shared_ptr<sim::Results> run(const sim::Scene& scene, double seconds, bool& too_long) const {
+    sim::SimulateOptions o;
+    o.estimate_error = o.check_effects = false;
+    const double begin = sim::cpu_seconds();
+    o.progress = [&](double) {
+      if (options_.progress) options_.progress(std::min(1.0, spent() / options_.seconds));
+      if (sim::cpu_seconds() - begin > seconds) throw TooLong{};
+    };
+    too_long = false;
+    try {
+      return std::make_shared<sim::Results>(sim::run_scene(scene, o));
+    } catch (const TooLong&) {
+      too_long = true;
+    } catch (const sim::SimulationError&) {
+    } catch (const sim::InputError&) {}
+    return nullptr;
+  }
+
+ private:
+  const OverviewOptions& options_;
+  double start_;
+};
+
+bool undamped_beams(const sim::Scene& scene) {
+  bool any = false;
+  for (const sim::BodyDef& b : scene.bodies)
+    if (const auto* beam = std::get_if<sim::BeamDef>(&b.kind)) {
+      any = true;
+      if (!beam->damping.ratio.empty() || beam->damping.mass != 0.0 || beam->damping.stiffness != 0.0) return false;
+    }
+  const bool touches = std::any_of(scene.joints.begin(), scene.joints.end(), [](const sim::JointDef& j) { return j.friction || j.stop; });
+  return any && !touches;
+}
+
+// The reference: finer until the time is spent. error: in pixels, of the last one by the one before.
+struct Reference {
+  std::shared_ptr<sim::Results> results;
+  sim::Scene scene;
+  double pixels = 0.0;
+  std::string words;
+};
+
+std::optional<Reference> make_reference(const sim::Scene& scene, const RenderSettings& settings, const Runner& runner, double seconds) {
+  const double from = runner.spent();
+  const bool follow = undamped_beams(scene) && scene.simulation.method == sim::Method::automatic;
+  std::optional<Reference> out;
+  double factor = 2.0, tolerance = 1e-7, last = 0.0;
+  constexpr int most_levels = 4;
+  for (int level = 0; level < most_levels; ++level) {
+    sim::Scene fine = refined(scene, factor, tolerance, follow);
+    if (follow) fine.simulation.method = sim::Method::exponential;
+    const double left = seconds - (runner.spent() - from);
+    if (out && left < usual_growth * last) break;
+    bool too_long = false;
+    std::shared_ptr<sim::Results> results = runner.run(fine, std::max(0.2, left), too_long);
+    if (!results) {
+      if (out || tolerance > 1e-4) break;
+      // Too dear from the start: something looser is better than nothing.
+      tolerance *= 100.0;
+      factor = 1.0;
+      continue;
+    }
+    Reference next{results, fine, 0.0, ""};
+    last = results->statistics.cpu_seconds;
+    next.words = fmt::format("{}{}, tolerance {:.0e}", factor > 1.0 ? fmt::format("{:g} times the resolution, ", factor) : "",
+                             results->statistics.method, tolerance);
+    if (out) {
+      const Animation animation = make_animation(*next.results, settings, &fine);
+      next.pixels = vertices_apart(animation, *out->results, &out->scene, pictures_compared).pixels;
+    } else {
+      next.pixels = -1.0;  // not known yet
+    }
+    out = std::move(next);
+    if (out->pixels >= 0.0 && out->pixels < 0.01) break;
+    factor = std::min(4.0, factor * 2.0);
+    tolerance = std::max(1e-10, 0.1 * tolerance);
+  }
+  return out;
+}
+
+// Elements or modes of the beams in words: "10 elements", "3/8 elements"; empty: none.
+std::string resolution_words(const sim::Scene& scene) {
+  std::vector<int> counts;
+  std::set<std::string> kinds;
+  for (const sim::BodyDef& b : scene.bodies) {
+    const auto* beam = std::get_if<sim::BeamDef>(&b.kind);
+    if (!beam) continue;
+    int n = beam->keep_modes.value_or(beam->elements);
+    std::string kind = beam->keep_modes ? "modes" : "elements";
+    if (beam->model == sim::BeamModel::mixed) n = beam->volumes, kind = "volumes";
+    if (beam->model == sim::BeamModel::modal) {
+      n = 0, kind = "modes";
+      for (const auto& [direction, numbers] : beam->modes)
+        if (!numbers.empty()) n = std::max(n, *std::max_element(numbers.begin(), numbers.end()));
+    }
+    counts.push_back(n);
+    kinds.insert(kind);
+  }
+  if (counts.empty()) return "";
+  std::vector<int> shown = counts;
+  std::sort(shown.begin(), shown.end());
+  shown.erase(std::unique(shown.begin(), shown.end()), shown.end());
+  const std::string numbers =
+      shown.size() > 3 ? fmt::format("{} to {}", shown.front(), shown.back()) : fmt::format("{}", fmt::join(shown, "/"));
+  return fmt::format("{} {}", numbers, kinds.size() == 1 ? *kinds.begin() : "elements or modes");
+}
+
+// A setting whose tolerances are gone down.
+struct Ladder {
+  sim::Scene scene;
+  std::string words;
+  bool done = false;
+  double last = 0.0;
+};
+
+std::vector<Ladder> ladders_of(const sim::Scene& scene) {
+  std::vector<Ladder> out;
+  const auto add = [&](double factor, bool follow) {
+    Ladder l;
+    l.scene = factor == 1.0 && !follow ? scene : refined(scene, factor, 1e-6, follow);
+    if (follow) l.scene.simulation.method = sim::Method::exponential;
+    l.scene.simulation.accuracy.reset();
+    l.scene.simulation.picture_accuracy.reset();
+    l.words = resolution_words(l.scene);
+    if (std::any_of(out.begin(), out.end(),
+                    [&](const Ladder& o) { return o.words == l.words && o.scene.simulation.method == l.scene.simulation.method; }))
+      return;
+    out.push_back(std::move(l));
+  };
+  add(1.0, false);
+  if (undamped_beams(scene)) add(1.0, true);
+  if (!resolution_words(scene).empty()) {
+    add(0.5, false);
+    add(2.0, false);
+    if (undamped_beams(scene)) add(2.0, true);
+  }
+  return out;
+}
+
+// The film of another run with the cameras, scales and colours of the reference.
+Animation like(const Animation& reference, const sim::Results& results, RenderSettings settings, const sim::Scene& scene) {
+  settings.scales = reference.scales;
+  Animation out = make_animation(results, settings, &scene);
+  out.camera = reference.camera;
+  out.fit = reference.fit;
+  out.points = reference.points;
+  out.views = reference.views;
+  out.ground = reference.ground;
+  out.bounds = reference.bounds;
+  out.light = reference.light;
+  out.scalar_map = reference.scalar_map;
+  out.scalar_bar = reference.scalar_bar;
+  out.panels = reference.panels;
+  return out;
+}
+
+// CPU s of map and drawing of all pictures, from a few of them.
+double cost_of_pictures(const Animation& animation, render::Renderer& renderer) {
+  PictureMemory memory;
+  const int looked = std::min(3, animation.count);
+  double start = 0.0;
+  for (int i = 0; i <= looked; ++i) {
+    if (i == 1) start = sim::process_cpu_seconds();  // the first one opens the renderer
+    update_picture(animation, static_cast<int>(static_cast<long long>(i) * (animation.count - 1) / std::max(1, looked)), memory);
+    renderer.draw(memory.picture);
+  }
+  return animation.cpu_setup + (sim::process_cpu_seconds() - start) / looked * animation.count;
+}
+
+// The largest way of a vertex over the film, px.
+double motion_of(const Animation& animation) {
+  double out = 0.0;
+  const sim::Results& results = *animation.results;
+  const PictureViews views(animation, 0);
+  for (size_t b = 0; b < animation.bodies.size(); ++b) {
+    const std::vector<glm::dvec3>& vertices = animation.bodies[b].mesh.positions;
+    const size_t step = std::max<size_t>(1, vertices.size() / 60);
+    for (size_t i = 0; i < vertices.size(); i += step) {
+      const auto at = [&](int k) {
+        const SamplePlace place = find_sample(results.times, picture_time(animation, k));
+        return glm::dvec3(body_pose(results.bodies[b], place) * glm::dvec4(vertices[i], 1.0));
+      };
+      const glm::dvec3 first = at(0);
+      for (const int k : looked_at(animation, pictures_compared)) out = std::max(out, views.apart(first, at(k)));
+    }
+  }
+  return out;
+}
+
+void find_front(StudyOverview& o) {
+  std::vector<size_t> order(o.points.size());
+  for (size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::sort(order.begin(), order.end(), [&](size_t a, size_t b) { return o.points[a].cpu() < o.points[b].cpu(); });
+  double best = 1e300;
+  for (const size_t i : order)
+    if (o.points[i].pixels < 0.9 * best) o.points[i].front = true, best = o.points[i].pixels;
+  const double own = std::max(0.0, o.reference_pixels);
+  for (const size_t i : order)
+    if (o.points[i].pixels + own <= half_pixel) {
+      o.recommended = static_cast<int>(i);
+      return;
+    }
+  for (const size_t i : order)
+    if (o.points[i].front) o.recommended = static_cast<int>(i);
+}
+
+// Four points of the front: the cheapest, the recommended, the best, and one between.
+std::vector<int> shown_points(const StudyOverview& o) {
+  std::vector<int> front;
+  for (size_t i = 0; i < o.points.size(); ++i)
+    if (o.points[i].front) front.push_back(static_cast<int>(i));
+  std::sort(front.begin(), front.end(), [&](int a, int b) { return o.points[a].cpu() < o.points[b].cpu(); });
+  // The cheapest one that a person could take for a picture of the scene.
+  while (front.size() > 4 && o.points[front.front()].pixels > 0.2 * o.motion_pixels) front.erase(front.begin());
+  std::set<int> chosen;
+  const auto take = [&](size_t at) { chosen.insert(static_cast<int>(at)); };
+  if (front.empty()) return {};
+  take(0);
+  take(front.size() - 1);
+  const auto recommended = std::find(front.begin(), front.end(), o.recommended);
+  if (recommended != front.end()) take(static_cast<size_t>(recommended - front.begin()));
+  for (size_t k = 1; k < front.size() && chosen.size() < std::min<size_t>(4, front.size()); ++k) take(k * front.size() / 4 % front.size());
+  for (size_t k = 0; k < front.size() && chosen.size() < std::min<size_t>(4, front.size()); ++k) take(k);
+  std::vector<int> out;
+  for (const int at : chosen) out.push_back(front[static_cast<size_t>(at)]);
+  return out;
+}
+
+// ---- The figure -------------------------------------------------------------------------------------------------------------------
+
+constexpr int width = 1600, plot_height = 610, column = 384, row = 216, gap = 12, margin = 14, caption = 46;
+
+std::string seconds_words(double s) {
+  return s < 0.995 ? fmt::format("{:.2g} s", s) : s < 9.95 ? fmt::format("{:.1f} s", s) : fmt::format("{:.0f} s", s);
+}
+std::string pixels_words(double p) { return p < 0.01 ? "< 0.01 px" : p < 9.95 ? fmt::format("{:.2g} px", p) : fmt::format("{:.0f} px", p); }
+
+// Whether what differs between points is seen on an axis of the whole cost.
+bool whole_cost_tells(const StudyOverview& o) {
+  double low = 1e300, high = 0.0;
+  for (const OverviewPoint& p : o.points) low = std::min(low, p.cpu()), high = std::max(high, p.cpu());
+  return high > 3.0 * low;
+}
+
+FlatDrawing plot(const StudyOverview& o, const std::vector<int>& shown) {
+  const double floor = 1e-3;  // of what is drawn, px
+  const bool whole = whole_cost_tells(o);
+  const auto cost = [&](const OverviewPoint& p) { return std::max(1e-4, whole ? p.cpu() : p.cpu_run); };
+  const auto error = [&](const OverviewPoint& p) { return std::max(floor, p.pixels); };
+  double x0 = 1e300, x1 = 0.0, y0 = half_pixel, y1 = half_pixel;
+  for (const OverviewPoint& p : o.points) {
+    x0 = std::min(x0, cost(p)), x1 = std::max(x1, cost(p));
+    y0 = std::min(y0, error(p)), y1 = std::max(y1, std::min(error(p), 2.0 * o.motion_pixels));
+  }
+  FlatDrawing d;
+  d.width = 1060, d.height = plot_height;
+  const FlatAxis x = flat_axis(x0, x1, false), y = flat_axis(y0, y1, false);
+  const double left = 84, top = 20, right = 92, bottom = 62, w = d.width - left - right, h = d.height - top - bottom;
+  const auto at = [&](double px, double py) { return glm::dvec2(left + w * x.at(px), top + h * (1.0 - std::clamp(y.at(py), 0.0, 1.0))); };
+  // Below half a pixel: nobody sees it.
+  const double edge = at(x0, half_pixel).y;
+  d.fill_box(left, edge, w, top + h - edge, glm::vec3(0.90f, 0.96f, 0.91f));
+  for (const double t : flat_ticks(x)) {
+    d.strokes.push_back({{{left + w * x.at(t), top}, {left + w * x.at(t), top + h}}, 1.0, flat_faint, 1.0f, 0.0});
+    d.words.push_back({{left + w * x.at(t), top + h + 22}, flat_tick_text(t), 15, flat_ink, FlatAnchor::middle});
+  }
+  for (const double t : flat_ticks(y)) {
+    d.strokes.push_back({{{left, at(x0, t).y}, {left + w, at(x0, t).y}}, 1.0, flat_faint, 1.0f, 0.0});
+    d.words.push_back({{left - 8, at(x0, t).y + 5}, flat_tick_text(t), 15, flat_ink, FlatAnchor::right});
+    const double percent = 100.0 * t / o.motion_pixels;
+    d.words.push_back({{left + w + 8, at(x0, t).y + 5}, fmt::format("{:.2g} %", percent), 15, flat_grey, FlatAnchor::left});
+  }
+  d.strokes.push_back({{{left, edge}, {left + w, edge}}, 2.0, {0.20f, 0.58f, 0.30f}, 1.0f, 7.0});
+  d.words.push_back({{left + w - 8, edge + 20}, "below half a pixel", 15, {0.16f, 0.48f, 0.25f}, FlatAnchor::right});
+  if (o.reference_pixels > 0.0 && y.at(o.reference_pixels) > 0.0 && y.at(o.reference_pixels) < 1.0) {
+    const double below = at(x0, o.reference_pixels).y;
+    d.strokes.push_back({{{left, below}, {left + w, below}}, 1.2, flat_grey, 1.0f, 3.0});
+    d.words.push_back({{left + 8, below + 17}, "the truth is known no better", 14, flat_grey, FlatAnchor::left});
+  }
+  d.strokes.push_back({{{left, top}, {left, top + h}, {left + w, top + h}}, 1.4, flat_ink, 1.0f, 0.0});
+  d.words.push_back({{left + 0.5 * w, top + h + 48},
+                     whole ? "CPU seconds: simulation, map and drawing" : "CPU seconds of the simulation",
+                     16,
+                     flat_ink,
+                     FlatAnchor::middle});
+  d.words.push_back({{22, top + 0.5 * h}, "largest error of a vertex, pixels", 16, flat_ink, FlatAnchor::middle, false, true});
+  // The front as a staircase.
+  std::vector<const OverviewPoint*> front;
+  for (const OverviewPoint& p : o.points)
+    if (p.front) front.push_back(&p);
+  std::sort(front.begin(), front.end(), [&](const auto* a, const auto* b) { return cost(*a) < cost(*b); });
+  FlatStroke stairs{{}, 7.0, flat_faint * 0.93f, 1.0f, 0.0};
+  for (size_t k = 0; k < front.size(); ++k) {
+    if (k > 0) stairs.points.push_back(at(cost(*front[k]), error(*front[k - 1])));
+    stairs.points.push_back(at(cost(*front[k]), error(*front[k])));
+  }
+  if (stairs.points.size() > 1) d.strokes.push_back(stairs);
+  std::map<std::string, size_t> series;
+  for (const OverviewPoint& p : o.points) series.try_emplace(p.series, series.size());
+  for (const auto& [name, index] : series) {
+    std::vector<const OverviewPoint*> own;
+    for (const OverviewPoint& p : o.points)
+      if (p.series == name) own.push_back(&p);
+    const glm::vec3 color = flat_palette[index % flat_palette.size()];
+    FlatStroke line{{}, 1.6, color, 0.6f, 0.0};
+    for (const OverviewPoint* p : own) {
+      line.points.push_back(at(cost(*p), error(*p)));
+      d.discs.push_back({line.points.back(), p->front ? 6.0 : 4.0, color, p->pixels < std::max(floor, o.reference_pixels)});
+    }
+    if (line.points.size() > 1) d.strokes.push_back(line);
+  }
+  // The pictures' letters, and the recommended point.
+  for (size_t k = 0; k < shown.size(); ++k) {
+    const OverviewPoint& p = o.points[static_cast<size_t>(shown[k])];
+    const glm::dvec2 c = at(cost(p), error(p));
+    d.words.push_back({{c.x + 10, c.y - 9}, std::string(1, static_cast<char>('A' + k)), 20, flat_ink, FlatAnchor::left, true});
+  }
+  if (o.recommended >= 0) {
+    const OverviewPoint& p = o.points[static_cast<size_t>(o.recommended)];
+    const glm::dvec2 c = at(cost(p), error(p));
+    FlatStroke ring{{}, 2.6, {0.80f, 0.15f, 0.10f}, 1.0f, 0.0};
+    for (int k = 0; k <= 40; ++k) ring.points.emplace_back(c.x + 12 * std::cos(0.1571 * k), c.y + 12 * std::sin(0.1571 * k));
+    d.strokes.push_back(ring);
+  }
+  return d;
+}
+
+void paste(const render::Image& from, render::Image& to, int x, int y) {
+  for (int r = 0; r < from.height && y + r < to.height; ++r)
+    for (int c = 0; c < from.width && x + c < to.width; ++c)
+      for (int k = 0; k < 3; ++k)
+        to.pixels[(static_cast<size_t>(y + r) * to.width + x + c) * 3 + k] =
+            from.pixels[(static_cast<size_t>(r) * from.width + c) * from.channels + std::min(k, from.channels - 1)];
+}
+
+// So many source pixels around a place, enlarged: the true picture faded, and in red what the other has elsewhere.
+render::Image difference(const render::Image& truth, const render::Image& other, const glm::dvec2& middle, double enlarge) {
+  render::Image out = render::make_image(column, row, 3, 255);
+  for (int y = 0; y < row; ++y)
+    for (int x = 0; x < column; ++x) {
+      const int sx = static_cast<int>(std::floor(middle.x + (x - 0.5 * column) / enlarge)),
+                sy = static_cast<int>(std::floor(middle.y + (y - 0.5 * row) / enlarge));
+      if (sx < 0 || sy < 0 || sx >= truth.width || sy >= truth.height) continue;
+      const size_t at = (static_cast<size_t>(sy) * truth.width + sx) * truth.channels;
+      int apart = 0;
+      double grey = 0.0;
+      for (int k = 0; k < 3; ++k) {
+        apart = std::max(apart, std::abs(int(truth.pixels[at + k]) - int(other.pixels[at + k])));
+        grey += truth.pixels[at + k] / 3.0;
+      }
+      const double share = std::min(1.0, apart / 96.0), pale = 0.45 * grey + 0.55 * 255.0;
+      const double color[3] = {pale + share * (210.0 - pale), pale * (1.0 - share) + share * 25.0, pale * (1.0 - share) + share * 20.0};
+      for (int k = 0; k < 3; ++k)
+        out.pixels[(static_cast<size_t>(y) * column + x) * 3 + k] = static_cast<std::uint8_t>(std::lround(color[k]));
+    }
+  return out;
+}
+
+// Words in lines that fit, downwards; returns where the next line would be.
+double paragraph(render::Image& image, double x, double y, double wide, const std::string& text, double size, const glm::vec3& color,
+                 render::Weight weight = render::Weight::regular) {
+  std::string line;
+  const auto flush = [&] {
+    render::draw_text(image, {x, y}, line, size, color, weight);
+    y += 1.35 * size;
+    line.clear();
+  };
+  for (size_t from = 0; from < text.size();) {
+    const size_t end = std::min(text.find(' ', from), text.size());
+    const std::string word = text.substr(from, end - from);
+    if (!line.empty() && render::text_width(line + " " + word, size, weight) > wide) flush();
+    line += (line.empty() ? "" : " ") + word;
+    from = end + 1;
+  }
+  flush();
+  return y;
+}
+
+void words_beside(render::Image& image, const StudyOverview& o) {
+  const double x = 1084, wide = width - x - margin;
+  double y = 112;
+  const glm::vec3 red{0.80f, 0.15f, 0.10f};
+  if (o.recommended >= 0) {
+    const OverviewPoint& p = o.points[static_cast<size_t>(o.recommended)];
+    const bool kept = p.pixels + std::max(0.0, o.reference_pixels) <= half_pixel;
+    y = paragraph(image, x, y, wide, kept ? "Recommended" : "Nothing here keeps half a pixel; nearest", 19, red, render::Weight::bold);
+    y = paragraph(image, x, y + 8, wide, p.name, 23, flat_ink, render::Weight::bold) + 6;
+    y = paragraph(image, x, y, wide, fmt::format("{} off at most: {:.2g} % of the motion", pixels_words(p.pixels), p.percent), 18,
+                  flat_ink);
+    y = paragraph(image, x, y, wide,
+                  fmt::format("{} of CPU to simulate, {} for map and drawing of {} pictures", seconds_words(p.cpu_run),
+                              seconds_words(p.cpu_pictures), o.pictures),
+                  18, flat_ink) +
+        14;
+  }
+  std::map<std::string, size_t> series;
+  for (const OverviewPoint& p : o.points) series.try_emplace(p.series, series.size());
+  for (const auto& [name, index] : series) {
+    render::fill_disc(image, x + 7, y - 5, 6, flat_palette[index % flat_palette.size()]);
+    render::draw_text(image, {x + 22, y}, render::fit_text(name, 17, wide - 22), 17, flat_ink);
+    y += 25;
+  }
+  y += 4;
+  render::fill_rectangle(image, {x, y - 9, 15, 7}, flat_faint * 0.93f);
+  render::draw_text(image, {x + 22, y}, "front: nothing cheaper is as right", 17, flat_ink);
+  y = paragraph(image, x, y + 34, wide,
+                fmt::format("Along each line the tolerance falls. Truth: {}, itself off by {}.", o.reference,
+                            o.reference_pixels >= 0.0 ? pixels_words(o.reference_pixels) : "an unknown distance"),
+                15, flat_grey);
+  for (const std::string& words : o.left_out) y = paragraph(image, x, y + 4, wide, words, 15, flat_grey);
+}
+
+// Where the vertices are farthest apart in a picture, in its pixels.
+glm::dvec2 farthest_place(const Animation& animation, const VertexDistance& apart) {
+  PictureViews views(animation, std::max(0, apart.picture));
+  return views.pixel(apart.world);
+}
+
+void draw_figure(StudyOverview& o, const std::string& title, const Animation& truth, const std::vector<Made>& made,
+                 const RenderSettings& settings, const sim::Scene& scene, const std::vector<int>& shown, render::Renderer& renderer) {
+  const int height = 66 + plot_height + 2 * (row + gap) + caption + margin;
+  o.figure = render::make_image(width, height, 3, 255);
+  render::draw_text(o.figure, {margin, 42}, render::fit_text(title, 30, width - 2.0 * margin, render::Weight::bold), 30, flat_ink,
+                    render::Weight::bold);
+  paste(flat_image(plot(o, shown)), o.figure, 0, 62);
+  words_beside(o.figure, o);
+  // One moment for all pictures: where the first of them is farthest off.
+  if (shown.empty()) return;
+  const auto results_of = [&](int i) -> const sim::Results& { return *made[static_cast<size_t>(i)].results; };
+  const VertexDistance first = vertices_apart(truth, results_of(shown.front()), &scene, pictures_compared);
+  const int moment = std::max(0, first.picture);
+  PictureMemory memory;
+  const auto draw = [&](const Animation& animation) {
+    update_picture(animation, moment, memory);
+    memory.picture.overlay = {};
+    memory.picture.insets.clear();
+    memory.picture.camera = truth.camera;
+    aim_camera(truth, moment, truth.camera, memory.picture);
+    return renderer.draw(memory.picture);
+  };
+  const render::Image right = draw(truth);
+  const glm::dvec2 middle = farthest_place(truth, first);
+  const int top = 66 + plot_height + caption;
+  for (size_t k = 0; k < shown.size(); ++k) {
+    const OverviewPoint& p = o.points[static_cast<size_t>(shown[k])];
+    const int x = margin + static_cast<int>(k) * (column + gap);
+    const Animation film = like(truth, results_of(shown[k]), settings, scene);
+    const render::Image picture = draw(film);
+    const double fitting = std::max(static_cast<double>(picture.width) / column, static_cast<double>(picture.height) / row);
+    render::Image cell = render::make_image(column, row, 3, 255);
+    const render::Image small =
+        render::reduce_image(picture, static_cast<int>(picture.width / fitting), static_cast<int>(picture.height / fitting));
+    paste(small, cell, (column - small.width) / 2, (row - small.height) / 2);
+    paste(cell, o.figure, x, top);
+    const double enlarge = 3.0;
+    paste(difference(right, picture, middle, enlarge), o.figure, x, top + row + gap);
+    for (const int y : {top, top + row + gap})
+      render::draw_frame(o.figure, {double(x), double(y), double(column), double(row)}, 1.0, flat_grey);
+    const bool best = shown[k] == o.recommended;
+    render::draw_text(o.figure, {double(x), top - 26.0},
+                      render::fit_text(fmt::format("{}  {}", static_cast<char>('A' + k), p.name), 17, column, render::Weight::bold), 17,
+                      best ? glm::vec3(0.80f, 0.15f, 0.10f) : flat_ink, render::Weight::bold);
+    render::draw_text(o.figure, {double(x), top - 7.0},
+                      fmt::format("{} off, {}{}", pixels_words(p.pixels), seconds_words(p.cpu_run), best ? ", recommended" : ""), 15,
+                      flat_ink);
+    if (k == 0)
+      render::draw_text(o.figure, {x + 8.0, top + 2.0 * row + gap - 9.0}, "3 times: red is where the true picture is another", 13,
+                        flat_ink);
+  }
+}
+
+}  // namespace
+
+std::optional<StudyOverview> study_overview(const sim::Scene& given, const OverviewOptions& options, std::string& why) try {
+  const RenderSettings settings = parse_render_settings(given.text, given.file.string());
+  sim::Scene scene = given;
+  scene.simulation.accuracy.reset();
+  scene.simulation.picture_accuracy.reset();
+  const Runner runner(options);
+  const std::optional<Reference> reference = make_reference(scene, settings, runner, share_of_reference * options.seconds);
+  if (!reference) {
+    why = "no run for the truth came to an end in its time";
+    return std::nullopt;
+  }
+  StudyOverview out;
+  out.reference = reference->words;
+  out.reference_pixels = reference->pixels;
+  const Animation truth = make_animation(*reference->results, settings, &reference->scene);
+  out.pictures = truth.count;
+  out.motion_pixels = std::max(1.0, motion_of(truth));
+  render::Renderer renderer;
+  const double drawing = cost_of_pictures(truth, renderer);
+
+  // Down the ladders by turns, the loosest first, as long as there is time.
+  std::vector<Made> made;
+  std::vector<Ladder> ladders = ladders_of(scene);
+  int untried = 0;
+  for (const double tolerance : {1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8})
+    for (Ladder& ladder : ladders) {
+      if (ladder.done) continue;
+      const double left = 0.9 * options.seconds - runner.spent();
+      if (left < usual_growth * ladder.last || left <= 0.0) {
+        ++untried;
+        continue;
+      }
+      sim::Scene one = ladder.scene;
+      one.simulation.tolerance = tolerance;
+      bool too_long = false;
+      std::shared_ptr<sim::Results> results = runner.run(one, left, too_long);
+      ladder.done = too_long;
+      untried += too_long;
+      if (!results) continue;
+      const sim::SolverStatistics& s = results->statistics;
+      ladder.last = s.cpu_seconds;
+      Made m;
+      m.point.series = ladder.words.empty() ? s.method : fmt::format("{}, {}", s.method, ladder.words);
+      m.point.name = fmt::format("{}, {:.0e}", m.point.series, tolerance);
+      m.point.tolerance = tolerance;
+      m.point.cpu_run = s.cpu_seconds;
+      m.point.cpu_pictures = drawing;
+      m.point.pixels = vertices_apart(truth, *results, &one, pictures_compared).pixels;
+      m.point.percent = 100.0 * m.point.pixels / out.motion_pixels;
+      m.results = results;
+      out.points.push_back(m.point);
+      made.push_back(std::move(m));
+    }
+  if (out.points.empty()) {
+    why = "no run came to an end in its time";
+    return std::nullopt;
+  }
+  if (untried > 0)
+    out.left_out.push_back(fmt::format("{} further settings were left out: more than {:.0f} CPU s.", untried, options.seconds));
+  find_front(out);
+  const std::string name = scene.title.empty() ? scene.file.stem().string() : scene.title;
+  const OverviewPoint& best = out.points[static_cast<size_t>(out.recommended)];
+  draw_figure(out, fmt::format("{}: right to {} for {} of simulation", name, pixels_words(best.pixels), seconds_words(best.cpu_run)), truth,
+              made, settings, scene, shown_points(out), renderer);
+  return out;
+} catch (const sim::InputError& error) {
+  why = error.what();
+  return std::nullopt;
+} catch (const std::runtime_error& error) {
+  why = error.what();
+  return std::nullopt;
+}
+
+}  // namespace flexframe::film
