@@ -59,8 +59,6 @@ inline void subtract_dots(const MatX3& A, const Vec3& f, double* out) { add_dots
 // The same as a product of matrices.
 inline void add_transposed(const Mat6X& A, const Vec6& f, VecX& out) { out.noalias() += A.transpose() * f; }
 inline void add_transposed(const MatX3& A, const Vec3& f, VecX& out) { add_dots(A, f, out.data()); }
-inline void subtract_transposed(const Mat6X& A, const Vec6& f, VecX& out) { out.noalias() -= A.transpose() * f; }
-inline void subtract_transposed(const MatX3& A, const Vec3& f, VecX& out) { add_dots(A, -f, out.data()); }
 // M(row + k, col) = h . f_k of the first n columns of F.
 inline void set_dots(const Mat6X& F, Eigen::Index n, const Vec6& h, MatX& M, Eigen::Index row, Eigen::Index col) {
   for (Eigen::Index k = 0; k < n; ++k) M(row + k, col) = h.dot(F.col(k));
