@@ -205,13 +205,14 @@ void animate_mechanism(const Words& w) {
   const sim::Linearisation linear = sim::linearise(system);
   if (linear.modes.empty()) throw sim::InputError(fmt::format("{}: the mechanism has no freedom to move", w.body));
   const std::vector<int> modes = chosen_modes(w, linear.modes.size());
-  nlohmann::ordered_json json = {{"notes", linear.notes}, {"modes", nlohmann::ordered_json::array()}};
+  nlohmann::ordered_json json = {{"warnings", linear.warnings}, {"notes", linear.notes}, {"modes", nlohmann::ordered_json::array()}};
   for (const sim::LinearMode& mode : linear.modes)
     json["modes"].push_back({{"frequency", mode.frequency},
                              {"damping", mode.damping},
                              {"pole", {mode.pole.real(), mode.pole.imag()}},
                              {"what", mode_text(mode)}});
   if (!w.json) {
+    for (const std::string& warning : linear.warnings) fmt::print("WARNING    {}\n", warning);
     for (const std::string& note : linear.notes) fmt::print("note       {}\n", note);
     for (size_t k = 0; k < linear.modes.size() && k < 40; ++k) fmt::print("mode {:>3}   {}\n", k + 1, mode_text(linear.modes[k]));
   }

@@ -203,10 +203,57 @@ std::vector<ComplexMode> complex_modes(const SecondOrder& s) {
   MatX coupled = D.cwiseAbs() + K.cwiseAbs();
   coupled.diagonal().setZero();
   K.diagonal() = modes.square;
+  // Vectors are known to eps, so that what is left of a rigid mode's square is eps^2 of the largest.
+  const double rest = eps * eps * modes.square.cwiseAbs().maxCoeff();
+  for (Eigen::Index k = 0; k < n; ++k)
+    if (std::abs(modes.square[k]) <= rest) K(k, k) = 0.0;
   for (const std::vector<Eigen::Index>& g : coupled_groups(coupled)) {
     if (g.size() == 1) add_single(D(g[0], g[0]), K(g[0], g[0]), D_error(g[0], g[0]), K_error(g[0], g[0]), Phi.col(g[0]), out);
     else add_group(D(g, g), K(g, g), D_error(g, g), K_error(g, g), Phi(Eigen::all, g), out);
   }
+  return out;
+}
+
+std::vector<ComplexMode> complex_modes(const SecondOrder& s, const FurtherStates& states) {
+  const Eigen::Index n = s.M.rows(), nz = states.A.rows(), at = 2 * n;
+  const UndampedModes modes = undamped_modes(s.M, 0.5 * (s.K + s.K.transpose()));
+  const MatX& Phi = modes.Phi;
+  const MatX size = Phi.cwiseAbs();
+  const MatX K_error = size.transpose() * (s.K_error + eps * s.K.cwiseAbs()) * size;
+  const MatX D_error = size.transpose() * (s.D_error + eps * s.D.cwiseAbs()) * size;
+  MatX K = Phi.transpose() * (0.5 * (s.K - s.K.transpose())) * Phi;
+  K.diagonal() += modes.square;
+  const MatX D = Phi.transpose() * s.D * Phi;
+  MatX B = states.B * Phi, B_rate = states.B_rate * Phi, G = Phi.transpose() * states.G;
+  // [W x; x'; z]: places by their own frequencies, or 1/s; states so that they drive as much as they are driven.
+  VecX W(n);
+  for (Eigen::Index k = 0; k < n; ++k)
+    W[k] = std::abs(modes.square[k]) > margin * K_error(k, k) ? std::sqrt(std::abs(modes.square[k])) : 1.0;
+  B = B * W.cwiseInverse().asDiagonal();
+  VecX unit = VecX::Ones(nz);
+  for (Eigen::Index j = 0; j < nz; ++j) {
+    const double drives = G.col(j).norm(), driven = B.row(j).norm() + B_rate.row(j).norm();
+    if (drives > 0.0 && driven > 0.0) unit[j] = std::sqrt(driven / drives);
+  }
+  const auto in_units = [&](MatX& m) { m = unit.cwiseInverse().asDiagonal() * m; };
+  in_units(B), in_units(B_rate);
+  G = G * unit.asDiagonal();
+  constexpr double known = 1e-9;
+  MatX A = MatX::Zero(at + nz, at + nz), E = A;
+  A.block(0, n, n, n) = W.asDiagonal();
+  A.block(n, 0, n, n) = -K * W.cwiseInverse().asDiagonal();
+  A.block(n, n, n, n) = -D;
+  A.block(n, at, n, nz) = G;
+  A.block(at, 0, nz, n) = B;
+  A.block(at, n, nz, n) = B_rate;
+  A.block(at, at, nz, nz) = unit.cwiseInverse().asDiagonal() * states.A * unit.asDiagonal();
+  E.block(n, 0, n, n) = K_error * W.cwiseInverse().asDiagonal();
+  E.block(n, n, n, n) = D_error;
+  E.rightCols(nz) = known * A.rightCols(nz).cwiseAbs();
+  E.bottomRows(nz) = known * A.bottomRows(nz).cwiseAbs();
+  std::vector<ComplexMode> out;
+  add_general(
+      A, E, [&](const Eigen::VectorXcd& z) { return Eigen::VectorXcd(z.head(n).cwiseQuotient(W.cast<std::complex<double>>())); }, Phi, out);
   return out;
 }
 

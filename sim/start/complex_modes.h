@@ -34,6 +34,17 @@ struct ComplexMode {
 // positive definite.
 std::vector<ComplexMode> complex_modes(const SecondOrder& system);
 
+// Further states z of first order beside the motion: M x'' + D x' + K x = G z, z' = A z + B x + B_rate x'. n_z rows and columns.
+struct FurtherStates {
+  MatX A;          // n_z x n_z, 1/s
+  MatX B, B_rate;  // n_z x n
+  MatX G;          // n x n_z
+};
+
+// As complex_modes, with further states, whose own motions count too (an integrator that nothing holds: 0). Their matrices are known to
+// 1e-9 of each entry. x of a mode is its displacement; it is zero where only the states move.
+std::vector<ComplexMode> complex_modes(const SecondOrder& system, const FurtherStates& states);
+
 // Of z' = A z, with displacements x = shape(z); A is taken as known to 1e-13 of the products that its entries are made of (A_size, n x n).
 std::vector<ComplexMode> first_order_modes(const MatX& A, const MatX& A_size,
                                            const std::function<Eigen::VectorXcd(const Eigen::VectorXcd&)>& shape);

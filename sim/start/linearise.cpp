@@ -66,6 +66,7 @@ class Point {
   bool equilibrium() const { return equilibrium_; }
   const std::vector<Direction>& directions() const { return all_; }
   const Coefficients& coefficients() const { return made_; }
+  FurtherStates block_states();
   SecondOrder described_in(const Axes& axes) const;
   bool turns() const;
   bool seen_turning(const Axes& axes);
@@ -341,6 +342,61 @@ void Point::damping() {
   }
 }
 
+// Which states of blocks drive a force or a state that does.
+std::vector<Eigen::Index> driving(const MatX& A, const MatX& G) {
+  std::vector<Eigen::Index> out;
+  std::vector<char> known(A.rows(), 0);
+  for (bool found = true; found;) {
+    found = false;
+    for (Eigen::Index j = 0; j < A.rows(); ++j) {
+      bool drives = !G.col(j).isZero(0.0);
+      for (const Eigen::Index i : out) drives = drives || A(i, j) != 0.0;
+      if (known[j] || !drives) continue;
+      known[j] = 1, found = true;
+      out.push_back(j);
+    }
+  }
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+// States of continuous blocks beside the start, by central differences: blocks are linear, what they read mostly is.
+FurtherStates Point::block_states() {
+  std::vector<Eigen::Index> rows;
+  for (const Block& b : model_.blocks)
+    if (b.sample == 0.0)
+      for (Eigen::Index k = 0; k < b.A.rows(); ++k) rows.push_back(b.z0 + k);
+  const Eigen::Index n = static_cast<Eigen::Index>(all_.size()), nz = static_cast<Eigen::Index>(rows.size());
+  FurtherStates out{MatX::Zero(nz, nz), MatX::Zero(nz, n), MatX::Zero(nz, n), MatX::Zero(n, nz)};
+  if (nz == 0) return out;
+  constexpr double share = 1e-5;
+  const auto rates = [&] { return VecX(work_.signals.zdot(rows)); };
+  VecX& z = work_.signals.z;
+  for (Eigen::Index j = 0; j < nz; ++j) {
+    const double start = z[rows[j]], h = share * (1.0 + std::abs(start));
+    z[rows[j]] = start + h;
+    const VecX force_above = force(start_, -1, 0.0, -1, 0.0), above = rates();
+    z[rows[j]] = start - h;
+    const VecX force_below = force(start_, -1, 0.0, -1, 0.0), below = rates();
+    z[rows[j]] = start;
+    out.G.col(j) = (force_above - force_below) / (2.0 * h);
+    out.A.col(j) = (above - below) / (2.0 * h);
+  }
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const double h = share * model_.clusters[model_.parts[all_[k].part].cluster].size / metres(k);
+    const auto slope = [&](const auto& put) {
+      put(h);
+      const VecX above = rates();
+      put(-h);
+      return VecX((above - rates()) / (2.0 * h));
+    };
+    out.B.col(k) = slope([&](double by) { force(start_, k, by, -1, 0.0); });
+    out.B_rate.col(k) = slope([&](double by) { force(start_, -1, 0.0, k, by); });
+  }
+  const std::vector<Eigen::Index> kept = driving(out.A, out.G);
+  return {out.A(kept, kept), out.B(kept, Eigen::all), out.B_rate(kept, Eigen::all), out.G(Eigen::all, kept)};
+}
+
 bool Point::turns() const {
   for (const SpaceJoint& j : joints_)
     if (!start_.w.segment<3>(model_.parts[j.part].v0 + (j.free ? 3 : 0)).isZero(0.0)) return true;
@@ -548,17 +604,17 @@ bool constant_axes(Point& point, Axes& axes) {
   return false;
 }
 
-// States beside places and rates are no part of the modes: what they make stays as it is at the start.
-void say_what_is_held(const Model& model, std::vector<std::string>& notes) {
+// Blocks whose outputs stay as they are at the start.
+void say_what_is_held(const Model& model, bool states_move, Linearisation& out) {
   const auto held = [&](const Signal& s) {
-    return s.block >= 0 && (model.blocks[s.block].sample > 0.0 || model.blocks[s.block].A.rows() > 0);
+    return s.block >= 0 && (model.blocks[s.block].sample > 0.0 || (!states_move && model.blocks[s.block].A.rows() > 0));
   };
   if (std::any_of(model.signals.begin(), model.signals.end(), held))
-    notes.push_back(
-        "the states of blocks, and outputs of sampled ones, are held as they are at the start: frequencies, damping and stability are "
-        "without "
-        "what they do");
-  if (has_contact_friction(model)) notes.push_back(free_by_friction);
+    out.warnings.push_back(
+        "the linearised equations hold the outputs of sampled blocks, and on a mechanism that turns or has parts without mass the states "
+        "of "
+        "all blocks, as they are at the start: frequencies, damping and stability are without what they do");
+  if (has_contact_friction(model)) out.notes.push_back(free_by_friction);
 }
 
 }  // namespace
@@ -590,7 +646,6 @@ Linearisation linearise(const System& given) {
   if (!steady)
     out.notes.push_back(
         "the linearised equations change as the mechanism moves: frequencies and damping hold at t = 0 only and do not decide stability");
-  say_what_is_held(given.model, out.notes);
   out.moving = point->moves();
   out.equilibrium = point->equilibrium();
   out.turning_axes = point->seen_turning(axes);
@@ -601,8 +656,12 @@ Linearisation linearise(const System& given) {
   std::vector<ComplexMode> modes;
   bool found = false;
   if (massless) found = follow_massless(given, point->directions(), s, N, modes);
+  // Of a motion described in axes that turn the states' equations would change too.
+  const bool states_move = !massless && s.K == point->coefficients().system.K;
+  say_what_is_held(given.model, states_move, out);
   if (!found) {
-    modes = complex_modes(s);
+    const FurtherStates states = states_move ? point->block_states() : FurtherStates{};
+    modes = states.A.rows() > 0 ? complex_modes(s, states) : complex_modes(s);
     for (ComplexMode& m : modes) m.x = N * m.x;
   }
   out.equations = s;

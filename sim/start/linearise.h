@@ -25,7 +25,8 @@ struct Linearisation {
   bool equilibrium = true;    // the state's accelerations vanish; otherwise it is linearised about a state that it leaves
   bool moving = false;        // about a steady motion: rates of the start, or prescribed ones, are not zero
   bool turning_axes = false;  // frequencies as seen from bodies that turn: seen from outside they differ by multiples of the turning rate
-  std::vector<std::string> notes;  // what to know about the state, one sentence each
+  std::vector<std::string> notes;     // what to know about the state, one sentence each
+  std::vector<std::string> warnings;  // what the modes leave out although it may change them
   SecondOrder equations;  // of the independent directions (directions.h), in their units; those of what has mass where something has none
   MatX rates;             // w_all x n: rates that unit rates of the directions make
 };
@@ -34,6 +35,9 @@ struct Linearisation {
 // rotor, a body that spins freely) they count, and so do the rates of prescribed motions at that time, taken as constant; rates of the
 // start that are no steady motion count as zero, and a note says so. A body without joints may fall or fly: the modes are those beside that
 // motion.
+//
+// States of continuous blocks move along (PID, filters: a lag may make a mechanism unstable); what sampled blocks put out is held, and a
+// warning says so.
 //
 // M is exact, K and D hold structural stiffness and damping exactly and all else (gravity, forces, springs, dampers, geometric stiffness,
 // centrifugal and gyroscopic terms) by central differences of sixth order of the forces at rest (inverse_dynamics.h), entry by entry with
