@@ -300,8 +300,8 @@ void FeBeam::Data::add_second_order(const AnyBasis& basis, FlexibleBody& body) c
       beam::SecondOrder part(2 * layout.per_node);
       for (std::size_t g = 0; g < gauss.x.size(); ++g) {
         const double at = done + (end - done) * gauss.x[g];
-        beam::add_second_order(part, effects, element_rows(layout, properties, effects, done_element, at), layout.at(done_element, at),
-                               (end - done) * layout.length(done_element) * gauss.w[g]);
+        beam::add_second_order(part, properties, effects, element_rows(layout, properties, effects, done_element, at),
+                               layout.at(done_element, at), (end - done) * layout.length(done_element) * gauss.w[g]);
       }
       beam::add_part(running, part, done_element * layout.per_node);
       done = end;

@@ -302,7 +302,7 @@ FlexibleBody modal_body(const BeamDef& def, const BeamEffects& effects, const Pr
       const double width = (x - done) / parts;
       for (std::size_t g = 0; g < gauss.x.size(); ++g) {
         const double s = done + (part + gauss.x[g]) * width;
-        beam::add_second_order(running, effects, rows_at(modes, s, L), s, gauss.w[g] * width);
+        beam::add_second_order(running, p, effects, rows_at(modes, s, L), s, gauss.w[g] * width);
       }
     }
     done = x;

@@ -34,9 +34,14 @@ void add_cross(MatX& m, const VecX& a, const VecX& b, double f) {
   m.noalias() -= (f * b) * a.transpose();
 }
 
-// The derivative of the second-order field: q^T (...) q / 2 with slope terms (rate) and the part that integrates twice (curl).
-void add_rates(std::array<MatX, 3>& rate, std::array<MatX, 3>& curl, const BeamEffects& e, const FieldRows& r, double fr, double fc) {
+// The derivative of the second-order field: q^T (...) q / 2 with slope terms (rate, times f[0]) and the part that integrates twice (curl,
+// times f[1]).
+void add_rates(std::array<MatX, 3>& rate, std::array<MatX, 3>& curl, const Properties& p, const BeamEffects& e, const FieldRows& r,
+               std::array<double, 2> f) {
+  const auto [fr, fc] = f;
   const bool xy = e.bending_xy, xz = e.bending_xz;
+  // The fibres of a twisted section are helices: on the average it shortens by r^2 theta'^2 / 2.
+  if (e.torsion) add_square(rate[0], r.dtheta, -fr * p.gyration2);
   if (xy) add_square(rate[0], r.phi_z, -fr);
   if (xz) add_square(rate[0], r.s, -fr);
   if (e.axial && xy) add_symmetric(rate[1], r.du, r.phi_z, fr);
@@ -123,6 +128,7 @@ Properties properties(const BeamDef& def, const BeamEffects& effects) {
   p.ei_z = e * s.iz;
   p.ei_yz = e * s.iyz;
   p.gj = g * s.j;
+  if (effects.torsion) p.gyration2 = (s.iy + s.iz) / s.area;
   if (effects.shear) {
     if (effects.bending_xy) p.shear_y = positive(s.shear_y, "shear correction factor shear_y", "") * g * s.area;
     if (effects.bending_xz) p.shear_z = positive(s.shear_z, "shear correction factor shear_z", "") * g * s.area;
@@ -182,16 +188,22 @@ void add_station(Integrals& sum, const Properties& p, const BeamEffects& effects
   if (effects.stiffening) {
     const double L = p.length, left = L - x, left_x = 0.5 * left * (L + x);
     const double twice = 0.5 * left * left, twice_x = left * left * (2.0 * L + x) / 6.0;
-    add_rates(sum.md2, sum.md2, effects, r, dm * left, dm * twice);
+    add_rates(sum.md2, sum.md2, p, effects, r, {dm * left, dm * twice});
     std::array<MatX, 3> c;
     set_zero(c, static_cast<int>(r.u.size()));
-    add_rates(c, c, effects, r, dm * left_x, dm * twice_x);
+    add_rates(c, c, p, effects, r, {dm * left_x, dm * twice_x});
     sum.J2[1] += 2.0 * c[0];
     sum.J2[2] += 2.0 * c[0];
     sum.J2[3] -= c[1];
     sum.J2[4] -= c[2];
     sum.Cr1[1] -= c[2];
     sum.Cr1[2] += c[1];
+    // A twisted section's own moments of inertia: what turns about y or z has it lie in the plane of rotation (propeller moment).
+    if (to) {
+      const double turned = 2.0 * (p.inertia_z - p.inertia_y) * weight;
+      add_square(sum.J2[1], r.theta, turned);
+      add_square(sum.J2[2], r.theta, -turned);
+    }
   }
 
   // shear beams: rotary inertia of the sections, the tensor turned to first order
@@ -234,8 +246,8 @@ SecondOrder::SecondOrder(int n) {
   set_zero(moment, n);
 }
 
-void add_second_order(SecondOrder& sum, const BeamEffects& effects, const FieldRows& row, double x, double weight) {
-  add_rates(sum.rate, sum.curl, effects, row, weight, weight);
+void add_second_order(SecondOrder& sum, const Properties& p, const BeamEffects& effects, const FieldRows& row, double x, double weight) {
+  add_rates(sum.rate, sum.curl, p, effects, row, {weight, weight});
   if (!effects.torsion) return;
   if (effects.bending_xz) add_symmetric(sum.moment[1], row.theta, row.ds, -weight * x);
   if (effects.bending_xy) add_symmetric(sum.moment[2], row.theta, row.dphi_z, weight * x);

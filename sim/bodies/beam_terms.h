@@ -18,6 +18,7 @@ struct Properties {
   double inertia_y = 0.0, inertia_z = 0.0, inertia_yz = 0.0;       // rho Iy, rho Iz, rho Iyz, kg m
   double ea = 0.0, ei_y = 0.0, ei_z = 0.0, ei_yz = 0.0, gj = 0.0;  // N, N m^2
   double shear_y = 0.0, shear_z = 0.0;                             // k G A, N; only with shear
+  double gyration2 = 0.0;                                          // (Iy + Iz) / A, m^2; only with torsion
 };
 
 // Checks the numbers the effects need and computes them. Throws InputError naming the quantity.
@@ -58,7 +59,7 @@ struct SecondOrder {
   std::array<MatX, 3> curl;    // int (theta x curvature) ds, y and z
   std::array<MatX, 3> moment;  // int s (theta x curvature) ds
 };
-void add_second_order(SecondOrder& sum, const BeamEffects& effects, const FieldRows& row, double x, double weight);
+void add_second_order(SecondOrder& sum, const Properties& p, const BeamEffects& effects, const FieldRows& row, double x, double weight);
 // phi2 of the point x; n x n each, empty where it vanishes identically. Few coordinates have a dense basis.
 std::array<MatX, 3> second_order_at(const SecondOrder& sum, const FieldRows& root, double x, const Basis& Z);
 std::array<MatX, 3> second_order_at(const SecondOrder& sum, const FieldRows& root, double x, const MatX& Z);

@@ -99,7 +99,9 @@ TEST(BeamBody, SecondOrderPositionsMatchTheExactKinematicsOfARod) {
           const FlexibleNode &a = *nodes[i], &b = *nodes[i + 1];
           const double h = b.origin.x() - a.origin.x();
           const Vec3 dpsi = (b.psi - a.psi) * q, psi = 0.5 * (a.psi + b.psi) * q;
-          const Vec3 gamma = (b.phi - a.phi) * q / h - psi.cross(Vec3::UnitX());
+          Vec3 gamma = (b.phi - a.phi) * q / h - psi.cross(Vec3::UnitX());
+          // u' is the mean of the fibres: those of a twisted section are helices, and the axis shortens (Weber's effect).
+          gamma.x() -= 0.5 * (def.section.iy + def.section.iz) / def.section.area * std::pow(dpsi.x() / h, 2);
           r += h * (R * turn(0.5 * dpsi) * (Vec3::UnitX() + gamma));
           R = R * turn(dpsi);
           const Vec3 u = b.phi * q + 0.5 * second(b, q, q);
@@ -172,6 +174,10 @@ TEST(BeamBody, InertiaTermsAreThoseOfTheParticles) {
         j1 += dm * (inertia(c + u1) - inertia(c - u1)) / 2.0;
         if (maker.shear) j1 += p.length[i] * (skew(psi) * section - section * skew(psi));
         j2 += 2.0 * dm * inertia(u1) + dm * (inertia(c + u2) - inertia(c - u2)) / 2.0;
+        // The section turned by its twist, to second order (propeller moment).
+        const double turned = 2.0 * rho * (def.section.iz - def.section.iy) * psi.x() * psi.x() * p.length[i];
+        j2(1, 1) += turned;
+        j2(2, 2) -= turned;
         cr0 += dm * c.cross(rate) + p.length[i] * section * spin;
         cr1 += dm * (u1.cross(rate) + c.cross(rate2));
         energy += dm * rate.squaredNorm() + p.length[i] * spin.dot(section * spin);
