@@ -5,6 +5,8 @@
 
 #include "sim/dynamics/directions.h"
 #include "sim/model/mounted_modes.h"
+#include "sim/run/across_plane.h"
+#include "sim/run/effect_report.h"
 #include "sim/run/expected_turn.h"
 #include "sim/run/run_scene.h"
 #include "sim/start/linearise.h"
@@ -151,6 +153,7 @@ void print_report(const std::string& scene, const sim::System& system, const sim
              elastic, static_cast<size_t>(joints + elastic) - free, free);
   for (const std::string& warning : system.notes.texts(sim::Severity::warning)) fmt::print("WARNING    {}\n", warning);
   for (const std::string& note : system.notes.texts(sim::Severity::note)) fmt::print("note       {}\n", note);
+  for (const std::string& warning : linear.warnings) fmt::print("WARNING    {}\n", warning);
   fmt::print("linearised {}\n", about(linear));
   for (const std::string& note : linear.notes) fmt::print("note       {}\n", note);
   int k = 0;
@@ -178,7 +181,9 @@ void print_json(const sim::System& system, const sim::Linearisation& linear) {
     out["bodies"].back()["alone"] = list(d->alone_hz, d->alone);
     out["bodies"].back()["mounted"] = list(d->mounted_hz, d->mounted);
   }
-  out["warnings"] = system.notes.texts(sim::Severity::warning);
+  std::vector<std::string> warnings = system.notes.texts(sim::Severity::warning);
+  warnings.insert(warnings.end(), linear.warnings.begin(), linear.warnings.end());
+  out["warnings"] = warnings;
   out["notes"] = system.notes.texts(sim::Severity::note);
   out["equilibrium"] = linear.equilibrium;
   out["linearised"] = about(linear);
@@ -217,6 +222,7 @@ Command add_check(Program& program) {
             const Job job = read_job(words->scene, words->settings);
             sim::System system = sim::make_system(job.scene);
             system.notes.append(sim::expected_turns(system, sim::unasked_accuracy));
+            sim::warn_of_leaving_plane(job.scene, sim::effect_states(job.scene, system.model), system.notes);
             const sim::Linearisation linear = sim::linearise(system);
             if (words->json) {
               print_json(system, linear);

@@ -5,6 +5,7 @@
 #include "sim/dynamics/closure.h"
 #include "sim/dynamics/kinematics.h"
 #include "sim/dynamics/plane_work.h"
+#include "sim/dynamics/shared_reactions.h"
 
 #include <algorithm>
 
@@ -170,6 +171,35 @@ void compute_reactions(const Model& model, W& work, Reactions& out, bool minimum
     leave_out_couplings(model, work, cluster, out);
     if (c.parent != ground) need[c.parent] += carrier;
   }
+}
+
+SharedReactions shared_reactions(const Model& model, Work& work, const Reactions& reactions) {
+  SharedReactions out{std::vector<double>(model.parts.size(), 0.0), std::vector<double>(model.loops.size(), 0.0)};
+  for (size_t k = 0; k < model.clusters.size(); ++k) {
+    const int cluster = static_cast<int>(k);
+    const Cluster& c = model.clusters[k];
+    const MatX stress = c.loops.empty() ? MatX() : self_stresses(model, work, cluster);
+    if (stress.cols() == 0) continue;
+    const VecX carried = in_newtons(model, cluster, reactions);
+    Reactions one = reactions;
+    MatX pressed(carried.size(), stress.cols());
+    for (Eigen::Index s = 0; s < stress.cols(); ++s) {
+      std::vector<Vec6> none(model.parts.size(), Vec6::Zero());
+      cluster_wrenches(model, work, cluster, VecX(stress.col(s)), none, one);
+      pressed.col(s) = in_newtons(model, cluster, one);
+    }
+    pressed = orthonormal_columns(pressed, 1e-9);
+    const double most = carried.cwiseAbs().maxCoeff();
+    if (!(most > 0.0)) continue;
+    const auto open = [&](Eigen::Index joint) {
+      const auto rows = pressed.middleRows(6 * joint, 6);
+      return (rows * (rows.transpose() * carried.segment<6>(6 * joint))).norm() / most;
+    };
+    Eigen::Index joint = 0;
+    for (int i : c.parts) out.part[i] = open(joint++);
+    for (int l : c.loops) out.loop[l] = open(joint++);
+  }
+  return out;
 }
 
 template <class W>

@@ -2,6 +2,7 @@
 
 #include "sim/results/recorder.h"
 #include "sim/results/sampling.h"
+#include "sim/run/across_plane.h"
 #include "sim/run/coarse_beams.h"
 #include "sim/run/complete_inertia.h"
 #include "sim/run/effect_report.h"
@@ -13,6 +14,7 @@
 #include "sim/run/left_out.h"
 #include "sim/run/left_ranges.h"
 #include "sim/run/model_check.h"
+#include "sim/run/open_reactions.h"
 #include "sim/run/passes.h"
 #include "sim/run/second_run.h"
 #include "sim/run/time_error.h"
@@ -127,17 +129,19 @@ Results simulate_alone(const Scene& scene, const SimulateOptions& options, bool 
     const std::vector<double> times = sample_times(scene.simulation);
     Recorder recorder(system, times);
     LeftRanges ranges(system);
+    OpenReactions open(system);
     std::optional<LeftOut> left_out;
     if (judge) left_out.emplace(system, system.model.effects);
     std::vector<size_t> looks;
     if (left_out && !left_out->empty()) looks = left_out->looks(system, times);
-    size_t sample = 0, next = 0;
+    size_t sample = 0, next = 0, recorded = 0;
     RunSpan span = whole_run(scene.simulation, times);
     const SolverStatistics statistics = integrate(
         system, options.method.value_or(scene.simulation.method), span, {options.progress, steps_allowed(scene, options), options.tell},
         [&](System& s, double t, const VecX& y) {
           recorder.record(s, t, y);
           ranges.look(s, t);
+          open.look(s, recorded++, times.size());
           if (next < looks.size() && looks[next] == sample++) left_out->look(s, t, y), ++next;
         },
         indefinite);
@@ -148,6 +152,7 @@ Results simulate_alone(const Scene& scene, const SimulateOptions& options, bool 
     results.statistics = statistics;
     results.statistics.notes = system.notes;
     ranges.warn(results.statistics.notes);
+    open.warn(results.statistics.notes);
     alone.left_out.clear();
     alone.to_measure.clear();
     if (left_out)
@@ -211,6 +216,7 @@ Results simulate_once(const Scene& scene, const SimulateOptions& options, std::v
   report_left_out(scene, alone.to_measure, unasked_accuracy, results.statistics);
   warn_of_coarse_beams(coarse_beams(scene, alone.effects, results), sure_of_coarse * unasked_accuracy, results.statistics.notes);
   warn_of_held_warping(scene, alone.effects, results, unasked_accuracy, results.statistics.notes);
+  if (!into && judges_effects(scene, options)) warn_of_leaving_plane(scene, alone.effects, results.statistics.notes);
   if (into) {
     *into = alone.limits;
   } else if (!measured) {

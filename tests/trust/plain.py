@@ -28,11 +28,13 @@ import plain_effects  # noqa: E402
 import plain_events  # noqa: E402
 import plain_new  # noqa: E402
 import plain_scales  # noqa: E402
+import plain_second  # noqa: E402
+import plain_third  # noqa: E402
 import plain_states  # noqa: E402
 from plain_case import CASES, Modes  # noqa: E402
 from run_trust import Program, compare, replace_table  # noqa: E402
 
-MODULES = (plain_effects, plain_events, plain_scales, plain_states, plain_bodies, plain_new)
+MODULES = (plain_effects, plain_events, plain_scales, plain_states, plain_bodies, plain_new, plain_second, plain_third)
 BAD = ("silent", "slow", "broken", "not refused")
 
 

@@ -1,0 +1,33 @@
+// Reactions that rigid bodies leave open (dynamics/shared_reactions.h), told of where they are outputs or make friction.
+#pragma once
+
+#include "sim/base/notes.h"
+#include "sim/dynamics/shared_reactions.h"
+#include "sim/time/system.h"
+
+#include <string>
+#include <vector>
+
+namespace flexframe::sim {
+
+class OpenReactions {
+ public:
+  explicit OpenReactions(const System& system);
+  // Looks at the state in `system`, which was recorded last. Costs nothing where no joint in a loop has its reaction asked for; else some
+  // twenty times a run of so many samples.
+  void look(System& system, size_t sample, size_t samples);
+  // A warning that names the joints of whose reaction more than a hundredth is open.
+  void warn(Notes& into) const;
+
+ private:
+  struct Watched {
+    std::string joint;
+    int part = -1, loop = -1;
+    bool rubs = false;  // its friction follows the reaction
+    double open = 0.0;  // largest share
+  };
+  std::vector<Watched> watched_;
+  Reactions reactions_;
+};
+
+}  // namespace flexframe::sim
