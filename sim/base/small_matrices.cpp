@@ -26,10 +26,9 @@ inline int first_row(int k, int n) { return std::max(0, n - ((n - k + 3) & ~3));
 // From so many rows on Eigen's solvers, which keep blocks in the cache, take a third of the time of the loops here.
 constexpr Eigen::Index large = 160;
 
-}  // namespace
-
+// clang compiles for wider registers only what no header declares before: the kernels themselves stand here.
 FLEXFRAME_WIDE
-void add_symmetric(const MatX3& A, const MatX3& B, double* M, Eigen::Index stride) {
+void wide_add_symmetric(const MatX3& A, const MatX3& B, double* M, Eigen::Index stride) {
   const int n = static_cast<int>(A.rows());
   const double *const a0 = A.data(), *const a1 = a0 + n, *const a2 = a1 + n;
   const double *const b0 = B.data(), *const b1 = b0 + n, *const b2 = b1 + n;
@@ -45,7 +44,7 @@ void add_symmetric(const MatX3& A, const MatX3& B, double* M, Eigen::Index strid
 }
 
 FLEXFRAME_WIDE
-void set_outer(const MatX3& F, Eigen::Index n, const MatX3& G, double* M, Eigen::Index stride) {
+void wide_set_outer(const MatX3& F, Eigen::Index n, const MatX3& G, double* M, Eigen::Index stride) {
   const double *const f0 = F.data(), *const f1 = f0 + F.rows(), *const f2 = f1 + F.rows();
   const double *const g0 = G.data(), *const g1 = g0 + G.rows(), *const g2 = g1 + G.rows();
   for (Eigen::Index j = 0; j < G.rows(); ++j) {
@@ -58,7 +57,7 @@ void set_outer(const MatX3& F, Eigen::Index n, const MatX3& G, double* M, Eigen:
 }
 
 FLEXFRAME_WIDE
-void add_outer(const MatX3& F, Eigen::Index n, const MatX3& G, double* M, Eigen::Index stride) {
+void wide_add_outer(const MatX3& F, Eigen::Index n, const MatX3& G, double* M, Eigen::Index stride) {
   const double *const f0 = F.data(), *const f1 = f0 + F.rows(), *const f2 = f1 + F.rows();
   const double *const g0 = G.data(), *const g1 = g0 + G.rows(), *const g2 = g1 + G.rows();
   for (Eigen::Index j = 0; j < G.rows(); ++j) {
@@ -71,7 +70,7 @@ void add_outer(const MatX3& F, Eigen::Index n, const MatX3& G, double* M, Eigen:
 }
 
 FLEXFRAME_WIDE
-void add_rows(const MatX3& F, const Mat3& A, MatX3& out) {
+void wide_add_rows(const MatX3& F, const Mat3& A, MatX3& out) {
   const Eigen::Index n = F.rows();
   const double *const f0 = F.data(), *const f1 = f0 + n, *const f2 = f1 + n;
   for (int r = 0; r < 3; ++r) {
@@ -84,7 +83,7 @@ void add_rows(const MatX3& F, const Mat3& A, MatX3& out) {
 }
 
 FLEXFRAME_WIDE
-void multiply(const MatX& A, const double* x, double* y) {
+void wide_multiply(const MatX& A, const double* x, double* y) {
   const int m = static_cast<int>(A.rows()), n = static_cast<int>(A.cols());
   const std::ptrdiff_t column = m;
   int i = 0;
@@ -128,9 +127,32 @@ void multiply(const MatX& A, const double* x, double* y) {
   }
 }
 
+// add_products of so many columns, whose factors stay in registers along a column of D.
+template <int M>
+FLEXFRAME_INLINE void add_few_products(const double* T, const double* E, const double* F, double* D, int n) {
+  const std::ptrdiff_t stride = n;
+  for (int k = 0; k < n; ++k) {
+    double* const out = D + k * stride;
+    double t[M], e[M];
+    for (int d = 0; d < M; ++d) t[d] = T[d * stride + k], e[d] = E[d * stride + k];
+    int i = first_row(k, n);
+    for (; i + 4 <= n; i += 4) {
+      Four s = four(out + i).v;
+      for (int d = 0; d < M; ++d) s += t[d] * four(E + d * stride + i).v + e[d] * four(F + d * stride + i).v;
+      four(out + i).v = s;
+    }
+    for (; i < n; ++i)
+      for (int d = 0; d < M; ++d) out[i] += t[d] * E[d * stride + i] + e[d] * F[d * stride + i];
+  }
+}
+
 FLEXFRAME_WIDE
-void add_products(const MatX& T, const MatX& E, const MatX& F, MatX& D) {
+void wide_add_products(const MatX& T, const MatX& E, const MatX& F, MatX& D) {
   const int n = static_cast<int>(T.rows()), m = static_cast<int>(T.cols());
+  if (m == 1) return add_few_products<1>(T.data(), E.data(), F.data(), D.data(), n);
+  if (m == 2) return add_few_products<2>(T.data(), E.data(), F.data(), D.data(), n);
+  if (m == 3) return add_few_products<3>(T.data(), E.data(), F.data(), D.data(), n);
+  if (m == 4) return add_few_products<4>(T.data(), E.data(), F.data(), D.data(), n);
   for (int k = 0; k < n; ++k) {
     double* const out = D.data() + static_cast<Eigen::Index>(k) * n;
     int i = first_row(k, n);
@@ -143,6 +165,20 @@ void add_products(const MatX& T, const MatX& E, const MatX& F, MatX& D) {
       for (int d = 0; d < m; ++d) out[i] += T(k, d) * E(i, d) + E(k, d) * F(i, d);
   }
 }
+
+}  // namespace
+
+void add_symmetric(const MatX3& A, const MatX3& B, double* M, Eigen::Index stride) { wide_add_symmetric(A, B, M, stride); }
+
+void set_outer(const MatX3& F, Eigen::Index n, const MatX3& G, double* M, Eigen::Index stride) { wide_set_outer(F, n, G, M, stride); }
+
+void add_outer(const MatX3& F, Eigen::Index n, const MatX3& G, double* M, Eigen::Index stride) { wide_add_outer(F, n, G, M, stride); }
+
+void add_rows(const MatX3& F, const Mat3& A, MatX3& out) { wide_add_rows(F, A, out); }
+
+void multiply(const MatX& A, const double* x, double* y) { wide_multiply(A, x, y); }
+
+void add_products(const MatX& T, const MatX& E, const MatX& F, MatX& D) { wide_add_products(T, E, F, D); }
 
 namespace {
 

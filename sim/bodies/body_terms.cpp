@@ -201,6 +201,12 @@ double kinetic_energy(const FlexibleBody& body, const BodyTerms& terms, const Ve
   return e;
 }
 
+double kinetic_energy(const PlaneBody& body, const PlaneTerms& terms, const Vec3& V, const VecX& qd) {
+  double e = 0.5 * V.dot(terms.Mrr * V);
+  if (body.n > 0) e += V.dot(momentum(terms.Mre, qd)) + 0.5 * qd.dot(elastic_mass(body, terms) * qd);
+  return e;
+}
+
 bool same_kinetics(const FlexibleBody& a, const FlexibleBody& b) {
   bool same = a.n == b.n && a.mass == b.mass && a.md0 == b.md0 && a.J0 == b.J0 && same_values(a.md1, b.md1) && same_values(a.J1, b.J1) &&
               same_values(a.Cr0, b.Cr0) && same_values(a.Me, b.Me) && a.nodes.size() == b.nodes.size() && same_axis_mass(a.axis, b.axis);

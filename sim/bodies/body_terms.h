@@ -81,5 +81,6 @@ double strain_energy(const FlexibleBody& body, const VecX& q);
 
 // 1/2 [V; qd]^T M [V; qd], J; update_mass goes first.
 double kinetic_energy(const FlexibleBody& body, const BodyTerms& terms, const Vec6& V, const VecX& qd);
+double kinetic_energy(const PlaneBody& body, const PlaneTerms& terms, const Vec3& V, const VecX& qd);
 
 }  // namespace flexframe::sim

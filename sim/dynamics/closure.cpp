@@ -214,7 +214,8 @@ std::string closure_row_name(const Model& model, const ClusterWork& work, int cl
   return model.parts[rate_owner(model, cluster, work.locked[row]).first].joint.name;
 }
 
-VecX closure_row_scales(const Model& model, const Work& work, int cluster) {
+template <class W>
+VecX closure_row_scales(const Model& model, const W& work, int cluster) {
   const Cluster& c = model.clusters[cluster];
   VecX s = VecX::Ones(closure_row_count(model, work, cluster));
   Eigen::Index row = 0;
@@ -477,9 +478,45 @@ Partition choose_partition(const Model& model, int cluster, Work& work, bool str
 
 namespace {
 
+// Per part of a cluster the twists of what hangs on its joint per unit of its rates, about the origin and in the axes of the base frame.
+template <class W>
+const std::vector<typename W::In::Inertia>& joint_twists(const Model& model, const W& work, int cluster) {
+  static thread_local std::vector<typename W::In::Inertia> twists;
+  if (twists.size() < model.parts.size()) twists.resize(model.parts.size());
+  for (int i : model.clusters[cluster].parts) {
+    const Part& part = model.parts[i];
+    const auto& p = work.parts[i];
+    if (part.joint.nv == 0) continue;
+    const auto at = compose(p.in_base, work.frames[part.joint.outboard].pose);
+    for (int k = 0; k < part.joint.nv; ++k) twists[i].col(k) = to_parent(at, typename W::In::Twist(p.joint.S.col(k)));
+  }
+  return twists;
+}
+
+// project_wrench of a wrench F on a frame that is given about the base frame's origin in its axes.
+template <class W>
+void project_from_base(const Model& model, const W& work, int cluster, const std::type_identity_t<WrenchAt<W>>& load,
+                       const std::vector<typename W::In::Inertia>& twists, bool elastic, VecX& out) {
+  const Cluster& c = model.clusters[cluster];
+  int at = load.frame;
+  for (int i = model.frames[at].part; i != ground && model.parts[i].cluster == cluster; i = model.parts[i].parent) {
+    const Part& part = model.parts[i];
+    const auto& p = work.parts[i];
+    for (int k = 0; k < part.joint.nv; ++k) out[part.v0 - c.v0 + k] += twists[i].col(k).dot(load.F);
+    if (elastic && part.body.n > 0) {
+      const auto &f = work.frames[at], &o = work.frames[part.joint.outboard];
+      double* const e = out.data() + (part.ev0 - c.v0);
+      if (f.flexible) add_dots(f.B, wrench_to_child(compose(p.in_base, f.pose), load.F), e);
+      if (o.flexible) subtract_dots(o.B, wrench_to_child(compose(p.in_base, o.pose), load.F), e);
+    }
+    at = part.joint.inboard;
+  }
+}
+
 // The partition's rows of G: the inverse of their columns dep into Gd, with all_columns minus the others into Gi.
 template <class W>
 void factorise_closure(const Model& model, int cluster, W& work, bool all_columns, bool elastic) {
+  using Twist = typename W::In::Twist;
   ClusterWork& cw = work.clusters[cluster];
   const std::vector<int>&dep = cw.partition.dep, &ind = cw.partition.ind;
   const Eigen::Index nd = static_cast<Eigen::Index>(dep.size()), ni = static_cast<Eigen::Index>(ind.size());
@@ -490,10 +527,20 @@ void factorise_closure(const Model& model, int cluster, W& work, bool all_column
     for (Eigen::Index k = 0; all_columns && k < ni; ++k) cw.Gi(row, k) = -cw.line[ind[k]];
   };
   cw.line.resize(model.clusters[cluster].nv);
+  const std::vector<typename W::In::Inertia>* twists = nullptr;
+  const LoopJoint* have = nullptr;
+  typename W::In::Pose at_b;
   for_rows(
       model, work, {cluster, false},
       [&](int row, const LoopJoint& loop, const auto& closure, const auto& rel) {
-        closure_line(model, work, cluster, loop, unit_wrenches<W>(closure, rel), elastic);
+        if (!twists) twists = &joint_twists(model, work, cluster);
+        if (have != &loop) at_b = frame_in_base(model, work, cluster, loop.b);
+        have = &loop;
+        // What acts on b acts on a the other way.
+        const Twist force = wrench_to_parent(at_b, unit_wrenches<W>(closure, rel).on_b);
+        cw.line.setZero();
+        project_from_base(model, work, cluster, {loop.b, force}, *twists, elastic, cw.line);
+        project_from_base(model, work, cluster, {loop.a, -force}, *twists, elastic, cw.line);
         take_line(row);
       },
       [&](int row, const CouplingRow& coupling) {
@@ -513,6 +560,20 @@ void factorise_closure(const Model& model, int cluster, W& work, bool all_column
 void multiply_into(const MatX& A, const VecX& x, VecX& out) {
   out.resize(A.rows());
   multiply(A, x.data(), out.data());
+}
+
+// C = A B, column by column; two or three rows as multiply does them.
+void multiply_columns(const MatX& A, const MatX& B, MatX& C) {
+  const Eigen::Index n = A.rows();
+  for (Eigen::Index k = 0; k < B.cols(); ++k) {
+    const double* const b = &B(0, k);
+    double* const c = &C(0, k);
+    if (n == 2)
+      for (Eigen::Index r = 0; r < 2; ++r) c[r] = A(r, 0) * b[0] + A(r, 1) * b[1];
+    else if (n == 3)
+      for (Eigen::Index r = 0; r < 3; ++r) c[r] = (A(r, 0) * b[0] + A(r, 1) * b[1]) + A(r, 2) * b[2];
+    else multiply(A, b, c);
+  }
 }
 
 // The rate of a row's wrench on a frame along the prescribed motions between the frame and what carries the cluster.
@@ -627,10 +688,11 @@ void close_positions(const Model& model, int cluster, W& work) {
   update_jacobians();
   factorise_closure(model, cluster, work, true, true);
   cw.E.resize(cw.Gd.rows(), cw.Gi.cols());
-  for (Eigen::Index k = 0; k < cw.Gi.cols(); ++k) multiply(cw.Gd, &cw.Gi(0, k), &cw.E(0, k));
+  multiply_columns(cw.Gd, cw.Gi, cw.E);
 }
 
-void require_closed(const Model& model, int cluster, Work& work) {
+template <class W>
+void require_closed(const Model& model, int cluster, W& work) {
   const Cluster& c = model.clusters[cluster];
   ClusterWork& cw = work.clusters[cluster];
   const int total = closure_row_count(model, work, cluster);
@@ -774,6 +836,8 @@ double partition_growth(const Model& model, int cluster, const Work& work) {
   template void update_closure_rates(const Model&, int, W&);                                                    \
   template void close_positions(const Model&, int, W&);                                                         \
   template void close_velocities(const Model&, int, W&);                                                        \
+  template void require_closed(const Model&, int, W&);                                                          \
+  template VecX closure_row_scales(const Model&, const W&, int);                                                \
   template std::vector<WrenchAt<W>> coupling_wrenches(const Model&, const W&, int, const CouplingRow&, double); \
   template double coupling_factor(const Model&, const W&, const CouplingRow::Term&);                            \
   template LoopWrenches<W> closure_wrench(const Model&, const W&, int, int, const VecX&);

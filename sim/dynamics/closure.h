@@ -22,7 +22,8 @@ int closure_row_count(const Model& model, const W& work, int cluster) {
 std::string closure_row_name(const Model& model, const ClusterWork& work, int cluster, int row);
 
 // Per row what makes a residual one in metres: the cluster's size for angles, 1 else.
-VecX closure_row_scales(const Model& model, const Work& work, int cluster);
+template <class W>
+VecX closure_row_scales(const Model& model, const W& work, int cluster);
 // Whether a deformation is among what closes a cluster's loops: a beam held at both ends, a framework of beams.
 bool deformation_closes(const Model& model, const Partition& partition, int cluster);
 
@@ -48,7 +49,8 @@ template <class W>
 void close_positions(const Model& model, int cluster, W& work);
 // The partition leaves out conditions that followed from the others where it was chosen. Throws SimulationError naming the joint if one of
 // them no longer does and the loop comes open: a mechanism that starts in a change point. Positions are up to date.
-void require_closed(const Model& model, int cluster, Work& work);
+template <class W>
+void require_closed(const Model& model, int cluster, W& work);
 // Dependent rates from the independent ones in work.w (positions closed); leaves twists up to date.
 template <class W>
 void close_velocities(const Model& model, int cluster, W& work);

@@ -24,6 +24,20 @@ void find_carrying(const Model& model, Carrying& out) {
     if (part.parent != ground && model.parts[part.parent].body.n > 0) out[part.parent] = 1;
 }
 
+// Whether a cluster stands on ground: nothing asks what it weighs there, and gravity acts on its parts themselves instead of through its
+// base.
+bool stands_on_ground(const Model& model, int cluster) { return model.clusters[cluster].parent == ground; }
+
+// A0 of a part, with gravity where its cluster stands on ground.
+template <class W>
+typename W::In::Twist falling(const Model& model, const W& work, int part) {
+  using S = typename W::In;
+  typename S::Twist A = work.parts[part].A0;
+  if (stands_on_ground(model, model.parts[part].cluster))
+    A.template head<S::linear>() -= turn_back(work.parts[part].world, typename S::Linear(gravity(model, work)));
+  return A;
+}
+
 // Own inertia, velocity terms and applied loads of every part; child clusters and parts are added on the way down.
 template <class W>
 void start_composites(const Model& model, const Carrying& carries, W& work) {
@@ -34,7 +48,8 @@ void start_composites(const Model& model, const Carrying& carries, W& work) {
     update_velocity_terms(body, p.V, p.qd, p.terms);
     p.Mrr = p.terms.Mrr;
     p.fr = p.terms.cr - p.load;
-    p.fr.noalias() += p.terms.Mrr * p.A0;
+    const auto A0 = falling(model, work, i);
+    p.fr.noalias() += p.terms.Mrr * A0;
     if (body.n > 0) {
       elastic_force(elastic_body(model, work, i), p.q, p.qd, p.elastic);
       p.Mre = p.terms.Mre;
@@ -43,7 +58,7 @@ void start_composites(const Model& model, const Carrying& carries, W& work) {
         std::copy_n(own.data(), own.size(), p.Mee.data());
       }
       p.fe = p.terms.ce + p.elastic - p.load_e;
-      add_transposed(p.terms.Mre, p.A0, p.fe);
+      add_transposed(p.terms.Mre, A0, p.fe);
     }
     joint_forces(model.parts[at], work.joints[at], work.q, work.w, p.tau);
   }
@@ -105,8 +120,8 @@ size_t entry_of(const Model& model, int cluster, int part) {
   return entry;
 }
 
-// Mass matrix (lower half), base coupling and bias of a cluster by composite bodies (Featherstone 2008 sec. 6.2, with elastic coordinates).
-// Blocks that are never written stay zero from make_work.
+// Mass matrix (lower half) and bias of a cluster by composite bodies (Featherstone 2008 sec. 6.2, with elastic coordinates), and of one
+// that is carried its base coupling. Blocks that are never written stay zero from make_work.
 template <class W>
 void assemble_cluster(const Model& model, int cluster, const Carrying& carries, W& work) {
   using S = typename W::In;
@@ -115,8 +130,13 @@ void assemble_cluster(const Model& model, int cluster, const Carrying& carries, 
   BaseMotion<S>& base = work.bases[cluster];
   base.Ibb.setZero();
   base.pb.setZero();
+  const bool carried = !stands_on_ground(model, cluster);
+  // Per part whether a coordinate of the cluster, or what carries it, moves it.
+  static thread_local std::vector<char> moves;
+  moves.resize(model.parts.size());
   for (int i : c.parts) {
     const Part& part = model.parts[i];
+    moves[i] = part.joint.nv + part.body.n > 0 || (hangs_inside(model, i) ? moves[part.parent] != 0 : carried);
     PartMotion<S>& p = work.parts[i];
     const FrameMotion<S>& o = work.frames[part.joint.outboard];
     for (int k = 0; k < part.joint.nv; ++k) column(p.Hj, k) = to_parent(o.pose, p.joint.S.col(k));
@@ -129,6 +149,7 @@ void assemble_cluster(const Model& model, int cluster, const Carrying& carries, 
     const MatX& Mee = carries[i] ? p.Mee : elastic_mass(kinetic_body(model, work, i), p.terms);
     own_block(part, c, work.frames[part.joint.outboard], Mee, p, cw);
     const int nj = part.joint.nv, n = part.body.n, jv = part.v0 - c.v0, columns = nj + n;
+    if (hangs_inside(model, i) ? !moves[part.parent] : !carried) continue;
 
     // Towards the base: this part's columns on its ancestors' coordinates, its composite on its parent.
     typename S::Columns& F = p.F;
@@ -155,6 +176,7 @@ void assemble_cluster(const Model& model, int cluster, const Carrying& carries, 
       wrenches_to_parent(pw.step, F, columns);
       child = a;
     }
+    if (!carried) continue;
     const auto& in = entry_pose(model, work, cluster, entry_of(model, cluster, child));
     wrenches_to_parent(in, F, columns);
     place_columns(F, columns, base.Ib, jv);
@@ -275,13 +297,13 @@ void project_mass(const ClusterWork& cw, MatX& D) {
   add_products(cw.T, cw.Et, cw.Mid, D);
 }
 
-// Base coupling and forces on the independent rates: U = N^T Ib, h = -N^T (r + M [0; gamma]).
+// Forces on the independent rates, h = -N^T (r + M [0; gamma]), and of a cluster that is carried the base coupling, U = N^T Ib.
 template <class S>
-void project(ClusterWork& cw, BaseMotion<S>& base) {
+void project(ClusterWork& cw, bool carried, BaseMotion<S>& base) {
   const std::vector<int>&dep = cw.partition.dep, &ind = cw.partition.ind;
   const Eigen::Index nd = static_cast<Eigen::Index>(dep.size()), ni = static_cast<Eigen::Index>(ind.size());
   if (nd == 0) {
-    base.U = base.Ib;
+    if (carried) base.U = base.Ib;
     cw.h = -cw.r;
     return;
   }
@@ -291,7 +313,7 @@ void project(ClusterWork& cw, BaseMotion<S>& base) {
     if (!cw.runs.empty() && cw.runs.back().first + cw.runs.back().second == k) ++cw.runs.back().second;
     else cw.runs.emplace_back(k, 1);
   }
-  size_columns(base.U, ni);
+  if (carried) size_columns(base.U, ni);
   cw.h.resize(ni);
   cw.Mid.resize(ni, nd);
   cw.Et = cw.E.transpose();
@@ -300,16 +322,15 @@ void project(ClusterWork& cw, BaseMotion<S>& base) {
   cw.T = cw.Mid;
   for (Eigen::Index d = 0; d < nd; ++d)
     for (Eigen::Index e = 0; e < nd; ++e) cw.T.col(d) += entry(dep[d], dep[e]) * cw.Et.col(e);
-  for (Eigen::Index k = 0; k < ni; ++k) {
-    column(base.U, k) = column(base.Ib, ind[k]);
-    cw.h[k] = -cw.r[ind[k]];
-  }
+  for (Eigen::Index k = 0; k < ni; ++k) cw.h[k] = -cw.r[ind[k]];
+  for (Eigen::Index k = 0; carried && k < ni; ++k) column(base.U, k) = column(base.Ib, ind[k]);
   for (Eigen::Index d = 0; d < nd; ++d) {
-    const typename S::Twist Ud = column(base.Ib, dep[d]);
     double rd = cw.r[dep[d]];
     for (Eigen::Index e = 0; e < nd; ++e) rd += entry(dep[d], dep[e]) * cw.gamma[e];
-    add_multiples(Ud, cw.Et.col(d), base.U);
     cw.h -= cw.Et.col(d) * rd + cw.Mid.col(d) * cw.gamma[d];
+    if (!carried) continue;
+    const typename S::Twist Ud = column(base.Ib, dep[d]);
+    add_multiples(Ud, cw.Et.col(d), base.U);
     base.pb += Ud * cw.gamma[d];
   }
 }
@@ -318,7 +339,7 @@ void project(ClusterWork& cw, BaseMotion<S>& base) {
 template <class W>
 void reduce_cluster(const Model& model, int cluster, W& work) {
   ClusterWork& cw = work.clusters[cluster];
-  project(cw, work.bases[cluster]);
+  project(cw, !stands_on_ground(model, cluster), work.bases[cluster]);
   if (cw.partition.ind.empty()) return;
   static thread_local MatX projected;
   if (!cw.partition.dep.empty()) project_mass(cw, projected);
@@ -374,8 +395,55 @@ void add_to_carrier(const Model& model, int cluster, W& work) {
   if (!cw.partition.ind.empty()) reduce_inertia(cw.L, base.U, cw.h, cw.DinvUt, IA, pA);
   const FrameMotion<S>& f = work.frames[c.base];
   PartMotion<S>& carrier = work.parts[c.parent];
-  pA.noalias() += IA * (to_child(f.pose, carrier.A0) + f.bias);
+  pA.noalias() += IA * (to_child(f.pose, falling(model, work, c.parent)) + f.bias);
   add_at_frame(f, IA, pA, carrier);
+}
+
+// Whether a cluster is one rigid part on a joint of one rate, as the links of chains are: its equation is a number.
+bool is_link(const Model& model, int cluster, const ClusterWork& cw) {
+  const Cluster& c = model.clusters[cluster];
+  if (c.parts.size() != 1 || cw.partition.ind.size() != 1 || !cw.partition.dep.empty()) return false;
+  const Part& part = model.parts[c.parts.front()];
+  return part.body.n == 0 && part.joint.nv == 1;
+}
+
+// assemble_cluster, reduce_cluster and add_to_carrier of a link, in the axes of its part and of its carrier. False where it has no inertia.
+template <class W>
+bool reduce_link(const Model& model, int cluster, W& work) {
+  using S = typename W::In;
+  const Cluster& c = model.clusters[cluster];
+  ClusterWork& cw = work.clusters[cluster];
+  const int i = c.parts.front();
+  PartMotion<S>& p = work.parts[i];
+  const typename S::Twist h = to_parent(work.frames[model.parts[i].joint.outboard].pose, typename S::Twist(p.joint.S.col(0)));
+  const typename S::Twist F = p.Mrr.lazyProduct(h);
+  const double inertia = h.dot(F), force = p.tau[0] - h.dot(p.fr);
+  if (!(inertia > 0.0)) return false;
+  cw.M(0, 0) = inertia;
+  cw.r[0] = -force;
+  cw.inertia.setConstant(1, inertia);
+  cw.h.setConstant(1, force);
+  cw.L.setConstant(1, 1, std::sqrt(inertia));
+  if (c.parent == ground) return true;
+  BaseMotion<S>& base = work.bases[cluster];
+  const typename S::Pose in_base = compose(entry_pose(model, work, cluster, 0), p.step);
+  const FrameMotion<S>& f = work.frames[c.base];
+  PartMotion<S>& carrier = work.parts[c.parent];
+  if (count(base.U) != 1) size_columns(base.U, 1);
+  column(base.U, 0) = wrench_to_parent(in_base, F);
+  const typename S::Inertia IA = p.Mrr - F.lazyProduct((F / inertia).transpose());
+  const typename S::Twist pA = p.fr + F * (force / inertia), A0 = falling(model, work, c.parent);
+  if (f.flexible) {
+    const typename S::Inertia at_base = inertia_at_parent(in_base, IA);
+    const typename S::Twist A = to_child(f.pose, A0) + f.bias;
+    add_at_frame(f, at_base, typename S::Twist(wrench_to_parent(in_base, pA) + at_base.lazyProduct(A)), carrier);
+    return true;
+  }
+  const typename S::Pose in_carrier = compose(f.pose, in_base);
+  const typename S::Inertia at_carrier = inertia_at_parent(in_carrier, IA);
+  carrier.Mrr += at_carrier;
+  carrier.fr += wrench_to_parent(in_carrier, pA) + at_carrier.lazyProduct(A0);
+  return true;
 }
 
 // Accelerations of a cluster's coordinates, once its carrier's are known.
@@ -384,11 +452,16 @@ void solve_cluster(const Model& model, int cluster, W& work) {
   const Cluster& c = model.clusters[cluster];
   ClusterWork& cw = work.clusters[cluster];
   const auto& base = work.bases[cluster];
+  if (is_link(model, cluster, cw)) {
+    const double force = c.parent == ground ? cw.h[0] : cw.h[0] - column(base.U, 0).dot(base.A);
+    work.wdot[c.v0] = force / cw.L(0, 0) / cw.L(0, 0);
+    return;
+  }
   const int ni = static_cast<int>(cw.partition.ind.size()), nd = static_cast<int>(cw.partition.dep.size());
   VecX& a = cw.a;
   a = cw.h;
   if (ni > 0) {
-    subtract_dots(base.U, base.A, a.data());
+    if (c.parent != ground) subtract_dots(base.U, base.A, a.data());
     solve(cw.L, a.data());
   }
   for (int k = 0; k < ni; ++k) work.wdot[c.v0 + cw.partition.ind[k]] = a[k];
@@ -405,6 +478,7 @@ void update_accelerations(const Model& model, W& work) {
   find_carrying(model, carries);
   start_composites(model, carries, work);
   for (int k = static_cast<int>(model.clusters.size()); k-- > 0;) {
+    if (is_link(model, k, work.clusters[k]) && reduce_link(model, k, work)) continue;
     assemble_cluster(model, k, carries, work);
     reduce_cluster(model, k, work);
     if (model.clusters[k].parent != ground) add_to_carrier(model, k, work);
@@ -452,11 +526,24 @@ void load_responses(const Model& model, W& work, VecX& out) {
   }
 }
 
+template <class W>
+Energy energy_of_motion(const Model& model, const W& work) {
+  Energy e;
+  for (size_t i = 0; i < model.parts.size(); ++i) {
+    const auto& p = work.parts[i];
+    e.kinetic += kinetic_energy(kinetic_body(model, work, static_cast<int>(i)), p.terms, p.V, p.qd);
+    e.strain += strain_energy(model.parts[i].body, p.q);
+  }
+  e.strain += flexure_energy(model, work.q);
+  return e;
+}
+
 #define FLEXFRAME_FOR(W)                                  \
   template void update_positions(const Model&, W&, bool); \
   template void update_velocities(const Model&, W&);      \
   template void update_accelerations(const Model&, W&);   \
-  template void load_responses(const Model&, W&, VecX&);
+  template void load_responses(const Model&, W&, VecX&);  \
+  template Energy energy_of_motion(const Model&, const W&);
 FLEXFRAME_FOR(Work)
 FLEXFRAME_FOR(PlaneWork)
 #undef FLEXFRAME_FOR
@@ -471,7 +558,7 @@ Energy compute_energy(const Model& model, const Work& work, int scene_body) {
     e.strain += strain_energy(part.body, p.q);
     e.potential -= model.settings.gravity.dot(part.body.mass * p.world.p + p.world.R * p.terms.md);
   }
-  e.strain += flexure_energy(model, work, scene_body);
+  e.strain += flexure_energy(model, work.q, scene_body);
   if (scene_body < 0) e.potential += spring_energy(model, work);
   return e;
 }

@@ -28,6 +28,9 @@ void load_responses(const Model& model, W& work, VecX& out);
 struct Energy {
   double kinetic = 0.0, strain = 0.0, potential = 0.0;
 };
+// Kinetic and strain energy alone, from the positions and velocities that W has.
+template <class W>
+Energy energy_of_motion(const Model& model, const W& work);
 // Energies of bodies, springs and gravity, J. Positions and velocities come first. body >= 0: of one scene body only.
 Energy compute_energy(const Model& model, const Work& work, int scene_body = -1);
 

@@ -38,11 +38,11 @@ void add_flexure_moments(const Model& model, W& work) {
 template void add_flexure_moments(const Model&, Work&);
 template void add_flexure_moments(const Model&, PlaneWork&);
 
-double flexure_energy(const Model& model, const Work& work, int scene_body) {
+double flexure_energy(const Model& model, const VecX& q_all, int scene_body) {
   double e = 0.0;
   for (const Flexure& f : model.flexures) {
     if (scene_body >= 0 && f.scene_body != scene_body) continue;
-    const Mat3X theta = link_values(model, f, work.q, false);
+    const Mat3X theta = link_values(model, f, q_all, false);
     e -= 0.5 * theta.cwiseProduct(link_moments(f.links, theta)).sum();
   }
   return e;

@@ -11,8 +11,8 @@ namespace flexframe::sim {
 template <class W>
 void add_flexure_moments(const Model& model, W& work);
 
-// Energy in the springs of one body (-1: of all), J.
-double flexure_energy(const Model& model, const Work& work, int scene_body);
+// Energy in the springs of one body (-1: of all) at the coordinates q_all, J.
+double flexure_energy(const Model& model, const VecX& q_all, int scene_body = -1);
 
 // Power that the links' damping takes out, W, >= 0.
 double flexure_power(const Model& model, const VecX& w_all);

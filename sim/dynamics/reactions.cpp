@@ -30,7 +30,9 @@ VecX closure_multipliers(const Model& model, W& work, int cluster) {
   const Cluster& c = model.clusters[cluster];
   const auto& base = work.bases[cluster];
   cw.M.template triangularView<Eigen::StrictlyUpper>() = cw.M.transpose();
-  const VecX left = cw.M * work.wdot.segment(c.v0, c.nv) + cw.r + transposed_product(base.Ib, base.A);
+  VecX left = cw.M * work.wdot.segment(c.v0, c.nv) + cw.r;
+  // Where it stands on ground gravity is among the forces.
+  if (c.parent != ground) left += transposed_product(base.Ib, base.A);
   VecX rhs(nd);
   for (int i = 0; i < nd; ++i) rhs[i] = left[part.dep[i]];
   const VecX basic = cw.Gd.transpose() * rhs;

@@ -98,7 +98,6 @@ class MotionRun {
   double guarded(double ahead);
   void require_progress(double now);
   // ---- After a step ----
-  void require_closed_loops() const;
   void sample_start();
   bool hand_out_samples(double now);
   void follow_state(double now, bool sampled);
@@ -353,17 +352,13 @@ void MotionRun::require_progress(double now) {
 
 // ---- After a step ----------------------------------------------------------------------------------------------------------------------
 
-void MotionRun::require_closed_loops() const {
-  for (size_t c = 0; c < system.model.clusters.size(); ++c) require_closed(system.model, static_cast<int>(c), system.work);
-}
-
 // The samples that the step passed; true if there were any.
 bool MotionRun::hand_out_samples(double now) {
   const bool sampled = next < times.size() && times[next] <= now;
   for (; next < times.size() && times[next] <= now; ++next) {
     integrator->interpolate(times[next], at);
     sample(system, times[next], at);
-    require_closed_loops();
+    for (size_t c = 0; c < system.model.clusters.size(); ++c) require_closed(system.model, static_cast<int>(c), system.work);
   }
   at_work.valid = false;
   return sampled;
@@ -371,12 +366,9 @@ bool MotionRun::hand_out_samples(double now) {
 
 // Loops are looked at at every sample, and at the end of steps that pass none.
 void MotionRun::follow_state(double now, bool sampled) {
-  if (!sampled && !system.model.loops.empty()) {
-    set_state(system, now, y.data(), false);
-    require_closed_loops();
-  }
+  if (!sampled && !system.model.loops.empty()) require_closed_loops(system, now, y.data());
   if (slips) {
-    if (sampled || system.model.loops.empty()) set_state(system, now, y.data(), false);
+    set_rates(system, now, y.data());
     follow_slip(system.model, system.friction, system.work);
   }
   system.weights.update(system, y);

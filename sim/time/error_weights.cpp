@@ -248,7 +248,14 @@ void ErrorWeights::raise_work(const System& system, const VecX& y) {
     scale_.tail<2>().setConstant(1e100);
     return;
   }
-  const Energy e = compute_energy(model, system.work);
+  // In a plane the work in space stands where it was looked at last, which may be long ago.
+  Energy e;
+  if (system.plane) {
+    // Only read here.
+    e = energy_of_motion(model, PlaneWork(const_cast<Work&>(system.work), *system.plane));
+  } else {
+    e = energy_of_motion(model, system.work);
+  }
   const double size = least_share_ * model.size;
   double energy =
       std::max({e.kinetic, e.strain, y.tail<2>().cwiseAbs().maxCoeff(), least_energy * model.mass * std::pow(size * slow, 2), 1e-300});

@@ -69,14 +69,17 @@ int event_count(const System& s) {
 }
 
 void event_margins(System& s, double t, const double* y, double* margin) {
-  set_state(s, t, y, any_sticks(s.friction));
+  const bool sticks = any_sticks(s.friction), reads = !s.model.functions.empty() || !s.model.contacts.empty();
+  // Slips and stops ask for rates and coordinates only.
+  if (sticks || reads) set_state(s, t, y, sticks);
+  else set_rates(s, t, y);
   for (const FrictionPoint& p : s.friction.points) *margin++ = friction_margin(p, s.friction, s.model, s.work);
   for (int i : s.stops) {
     const StopMargins m = stop_margins(*s.model.parts[i].joint.stop, s.work.joints[i].stop, coordinate(s, i), rate(s, i));
     *margin++ = m.out;
     *margin++ = m.in;
   }
-  if (s.model.functions.empty() && s.model.contacts.empty()) return;
+  if (!reads) return;
   read_state(s);
   switch_margins(s.model, s.work, margin);
   contact_margins(s.model, s.work, margin + switch_count(s.model));

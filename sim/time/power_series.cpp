@@ -121,8 +121,10 @@ int expand(const PowerSeries& series, int most_terms, double* terms) {
   return expand_by<Two>(series, most_terms, terms);
 }
 
+namespace {
+
 FLEXFRAME_WIDE
-void evaluate_powers(const double* terms, int size, int count, double x, double* out) {
+void evaluate(const double* terms, int size, int count, double x, double* out) {
   double* __restrict const z = out;
   for (int i = 0; i < size; ++i) z[i] = 0.0;
   for (int k = count; k-- > 0;) {
@@ -130,5 +132,10 @@ void evaluate_powers(const double* terms, int size, int count, double x, double*
     for (int i = 0; i < size; ++i) z[i] = z[i] * x + c[i];
   }
 }
+
+}  // namespace
+
+// clang compiles for wider registers only what no header declares before.
+void evaluate_powers(const double* terms, int size, int count, double x, double* out) { evaluate(terms, size, count, x, out); }
 
 }  // namespace flexframe::sim

@@ -86,6 +86,30 @@ void set_state(System& system, double t, const double* y, bool accelerations) {
   if (accelerations) update_system_accelerations(system);
 }
 
+void set_rates(System& system, double t, const double* y) {
+  if (!system.plane) return set_state(system, t, y, false);
+  unpack(system, y);
+  update_expressions(system.model, t, system.work);
+  PlaneWork work(system.work, *system.plane);
+  move(system.model, work);
+}
+
+void require_closed_loops(System& system, double t, const double* y) {
+  const Model& model = system.model;
+  const auto require_all = [&](auto& work) {
+    for (size_t c = 0; c < model.clusters.size(); ++c) require_closed(model, static_cast<int>(c), work);
+  };
+  if (!system.plane) {
+    set_state(system, t, y, false);
+    return require_all(system.work);
+  }
+  unpack(system, y);
+  update_expressions(system.model, t, system.work);
+  PlaneWork work(system.work, *system.plane);
+  update_positions(model, work);
+  require_all(work);
+}
+
 void update_system_accelerations(System& system) { accelerate(system, system.work); }
 
 VecX repack_state(System& system, const VecX& old, const std::vector<Partition>& before) {

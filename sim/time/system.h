@@ -40,6 +40,11 @@ VecX pack_state(const System& system, const Eigen::Vector2d& work_done);
 
 // Brings `work` to (t, y): positions, velocities; accelerations too on demand.
 void set_state(System& system, double t, const double* y, bool accelerations);
+// Coordinates and rates of `work` alone at (t, y), every loop closed: its poses and twists stay where they are in a scene that moves in a
+// plane.
+void set_rates(System& system, double t, const double* y);
+// Coordinates alone (rates stay), the loops' conditions that the partitions leave out looked at: throws as require_closed (closure.h).
+void require_closed_loops(System& system, double t, const double* y);
 void state_rate(System& system, double t, const double* y, double* dy);
 // For OdeProblem: what follow_loads needs of the state that state_rate has evaluated last; and the rates dy of that state brought from
 // t0 to t by the loads' values alone. False where that is not all that changes.
