@@ -521,6 +521,14 @@ void map_over_surface(const Nodes& nodes, const Weld& weld, const Layout& layout
   map.weights = std::move(part.weights);
   report.lebesgue = part.lebesgue;
   report.patches = part.patches;
+  if (const auto* arms = std::get_if<ArmLift>(&map.lift)) {
+    const auto unknown = std::count_if(arms->estimate.begin(), arms->estimate.end(), [](const auto& e) { return e.tangents < 2; });
+    if (unknown > 0)
+      report.warnings.push_back(
+          fmt::format("{} of {} nodes lie nearly on a line with those around and have no rotations: the turn about it "
+                      "is unknown, the mesh there is drawn without it",
+                      unknown, map.node_positions.rows()));
+  }
   for (size_t v = 0; v < map.welded.size() && report.lebesgue_vertex < 0; ++v)
     if (map.welded[v] == part.lebesgue_vertex) report.lebesgue_vertex = static_cast<int>(v);
   if (part.repaired > 0)

@@ -207,6 +207,27 @@ Rows RowMaker::make(int first, int last) const {
   return rows;
 }
 
+// Where the nodes span one direction only, how far they lie beside their line tells the turn about it: a second tangent across the line, as
+// weights that no affine motion along it excites. Not where the arms are ten times as long: then it is not in the data.
+void add_twist(const Patch& patch, const Points& nodes, ArmLift::Estimate& e) {
+  constexpr double longest_arm = 10.0;
+  const auto k = static_cast<Eigen::Index>(e.node.size());
+  if (k < 3) return;
+  Eigen::MatrixX3d beside(k, 3);
+  Eigen::MatrixX2d affine(k, 2);
+  for (Eigen::Index i = 0; i < k; ++i) {
+    beside.row(i) = nodes.row(e.node[i]) - patch.origin.transpose();
+    affine.row(i) << 1.0, beside.row(i).dot(patch.frame.col(0));
+  }
+  beside -= affine * (affine.colPivHouseholderQr().solve(beside));
+  const Eigen::SelfAdjointEigenSolver<Mat3> spread(Mat3(beside.transpose() * beside));
+  const double squares = spread.eigenvalues()(2);
+  if (!(longest_arm * std::sqrt(squares) > patch.arm) || !(squares > 0.0)) return;
+  e.gradient.conservativeResize(2, Eigen::NoChange);
+  e.gradient.row(1) = (beside * spread.eigenvectors().col(2)).transpose() / squares;
+  e.tangents = 2;
+}
+
 // Rotation of a node with arms: derivatives of its home patch's interpolant there.
 ArmLift::Estimate make_estimate(const Patch& patch, const Points& nodes, const Vec3& x) {
   ArmLift::Estimate e;
@@ -214,6 +235,7 @@ ArmLift::Estimate make_estimate(const Patch& patch, const Points& nodes, const V
   e.tangents = patch.directions;
   e.node = patch.node;
   e.gradient = patch_gradient(patch, x);
+  if (e.tangents == 1) add_twist(patch, nodes, e);
   // Tangents of the nodes' own surface, which need not be quite flat: then rigid motion of the nodes is seen as such.
   for (int t = 0; t < e.tangents; ++t) {
     e.frame.col(t).setZero();
