@@ -255,7 +255,8 @@ that flexframe writes into its pictures (vertices, their range, colour range) ag
 does not agree. Pictures of 16 bits (depth, scalar) are compared in their own units: differences of 32 of 65535 are none, no four
 pixels that touch may be off by more than 256, the mean by 8. --levels and --percent loosen what would contradict them.
 Any PNG files will do. Of two results files (.h5) of one scene the drawn vertices are compared: how many pixels and metres they are apart
-at most, with the first one's cameras and exaggeration. What --ignore and --mask leave out counts nowhere; shares and means are those of the rest.
+at most, with the first one's cameras and exaggeration. What --ignore and --mask leave out counts nowhere; shares and means are those of
+the rest.
 Exit codes: 0 all agree, 1 some do not, 2 bad input.)");
   auto options = std::make_shared<Options>();
   words.option("A", options->baseline, "baseline: PNG file, folder or results file").required();

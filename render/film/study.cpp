@@ -441,8 +441,7 @@ Study run_study(const sim::Scene& scene, const StudyOptions& given) {
   const auto show = [&](double fraction, const std::string& what) {
     if (options.progress) options.progress(fraction, what);
   };
-  const double start = sim::process_cpu_seconds();
-  const auto spent = [&] { return sim::process_cpu_seconds() - start; };
+  const double until = sim::process_cpu_seconds() + options.seconds;
   add_overview(scene, options, study);
 
   const std::vector<PlannedPoint> plan = plan_all(scene, options);
@@ -468,7 +467,7 @@ Study run_study(const sim::Scene& scene, const StudyOptions& given) {
   const double share = 1.0 / static_cast<double>(plan.size() * std::max(1, options.repeats) + 1);
   int unmade = 0;
   for (const PlannedPoint& p : plan) {
-    if (spent() > options.seconds) {
+    if (sim::process_cpu_seconds() > until) {
       done.emplace_back();
       done.back().failure = fmt::format("left out: the study's {:g} CPU s were spent", options.seconds);
       ++unmade;
@@ -482,7 +481,7 @@ Study run_study(const sim::Scene& scene, const StudyOptions& given) {
                                       unmade, plan.size(), options.seconds));
   for (int r = 1; r < options.repeats; ++r)
     for (size_t i = 0; i < plan.size(); ++i) {
-      if (spent() > options.seconds) continue;
+      if (sim::process_cpu_seconds() > until) break;
       show(0.2 + 0.75 * share * static_cast<double>(static_cast<size_t>(r) * plan.size() + i), "repeats");
       if (to_be_repeated(done[i], r + 1)) runs.again(done[i], plan[i].scene);
     }

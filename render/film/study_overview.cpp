@@ -6,6 +6,7 @@
 #include "render/film/picture_accuracy.h"
 #include "render/film/study_plan.h"
 #include "render/film/vertex_errors.h"
+#include "render/frame/layout.h"
 #include "render/image/canvas.h"
 #include "render/image/text.h"
 #include "sim/base/cpu_clock.h"
@@ -74,6 +75,12 @@ bool undamped_beams(const sim::Scene& scene) {
   return any && !touches;
 }
 
+// "1e-6".
+std::string power_words(double tolerance) {
+  const double power = std::log10(tolerance), whole = std::round(power);
+  return std::abs(power - whole) < 1e-9 ? fmt::format("1e{:.0f}", whole) : fmt::format("{:.1e}", tolerance);
+}
+
 // The reference: finer until the time is spent. error: in pixels, of the last one by the one before.
 struct Reference {
   std::shared_ptr<sim::Results> results;
@@ -104,8 +111,8 @@ std::optional<Reference> make_reference(const sim::Scene& scene, const RenderSet
     }
     Reference next{results, fine, 0.0, ""};
     last = results->statistics.cpu_seconds;
-    next.words = fmt::format("{}{}, tolerance {:.0e}", factor > 1.0 ? fmt::format("{:g} times the resolution, ", factor) : "",
-                             results->statistics.method, tolerance);
+    next.words = fmt::format("{}{}, tolerance {}", factor > 1.0 ? fmt::format("{:g} times the resolution, ", factor) : "",
+                             results->statistics.method, power_words(tolerance));
     if (out) {
       const Animation animation = make_animation(*next.results, settings, &fine);
       next.pixels = vertices_apart(animation, *out->results, &out->scene, pictures_compared).pixels;
@@ -312,6 +319,7 @@ FlatDrawing plot(const StudyOverview& o, const std::vector<int>& shown) {
     const double percent = 100.0 * t / o.motion_pixels;
     d.words.push_back({{left + w + 8, at(x0, t).y + 5}, fmt::format("{:.2g} %", percent), 15, flat_grey, FlatAnchor::left});
   }
+  d.words.push_back({{left + w + 8, top - 5}, "of the motion", 13, flat_grey, FlatAnchor::left});
   d.strokes.push_back({{{left, edge}, {left + w, edge}}, 2.0, {0.20f, 0.58f, 0.30f}, 1.0f, 7.0});
   d.words.push_back({{left + w - 8, edge + 20}, "below half a pixel", 15, {0.16f, 0.48f, 0.25f}, FlatAnchor::right});
   if (o.reference_pixels > 0.0 && y.at(o.reference_pixels) > 0.0 && y.at(o.reference_pixels) < 1.0) {
@@ -398,68 +406,87 @@ render::Image difference(const render::Image& truth, const render::Image& other,
   return out;
 }
 
-// Words in lines that fit, downwards; returns where the next line would be.
-double paragraph(render::Image& image, double x, double y, double wide, const std::string& text, double size, const glm::vec3& color,
-                 render::Weight weight = render::Weight::regular) {
-  std::string line;
-  const auto flush = [&] {
-    render::draw_text(image, {x, y}, line, size, color, weight);
-    y += 1.35 * size;
-    line.clear();
-  };
-  for (size_t from = 0; from < text.size();) {
-    const size_t end = std::min(text.find(' ', from), text.size());
-    const std::string word = text.substr(from, end - from);
-    if (!line.empty() && render::text_width(line + " " + word, size, weight) > wide) flush();
-    line += (line.empty() ? "" : " ") + word;
-    from = end + 1;
+// Words in lines that fit, downwards.
+struct TextColumn {
+  render::Image& image;
+  double x, y, wide;
+
+  void write(const std::string& text, double size, const glm::vec3& color, render::Weight weight = render::Weight::regular) {
+    std::string line;
+    const auto flush = [&] {
+      render::draw_text(image, {x, y}, line, size, color, weight);
+      y += 1.35 * size;
+      line.clear();
+    };
+    for (size_t from = 0; from < text.size();) {
+      const size_t end = std::min(text.find(' ', from), text.size());
+      const std::string word = text.substr(from, end - from);
+      if (!line.empty() && render::text_width(line + " " + word, size, weight) > wide) flush();
+      line += (line.empty() ? "" : " ") + word;
+      from = end + 1;
+    }
+    flush();
   }
-  flush();
-  return y;
-}
+};
 
 void words_beside(render::Image& image, const StudyOverview& o) {
-  const double x = 1084, wide = width - x - margin;
-  double y = 112;
+  constexpr double from = 1084.0;
+  TextColumn text{image, from, 112.0, width - from - margin};
   const glm::vec3 red{0.80f, 0.15f, 0.10f};
   if (o.recommended >= 0) {
     const OverviewPoint& p = o.points[static_cast<size_t>(o.recommended)];
     const bool kept = p.pixels + std::max(0.0, o.reference_pixels) <= half_pixel;
-    y = paragraph(image, x, y, wide, kept ? "Recommended" : "Nothing here keeps half a pixel; nearest", 19, red, render::Weight::bold);
-    y = paragraph(image, x, y + 8, wide, p.name, 23, flat_ink, render::Weight::bold) + 6;
-    y = paragraph(image, x, y, wide, fmt::format("{} off at most: {:.2g} % of the motion", pixels_words(p.pixels), p.percent), 18,
-                  flat_ink);
-    y = paragraph(image, x, y, wide,
-                  fmt::format("{} of CPU to simulate, {} for map and drawing of {} pictures", seconds_words(p.cpu_run),
-                              seconds_words(p.cpu_pictures), o.pictures),
-                  18, flat_ink) +
-        14;
+    text.write(kept ? "Recommended" : "Nothing here keeps half a pixel; nearest", 19, red, render::Weight::bold);
+    text.y += 8.0;
+    text.write(p.name, 23, flat_ink, render::Weight::bold);
+    text.y += 6.0;
+    text.write(fmt::format("{} off at most: {:.2g} % of the motion", pixels_words(p.pixels), p.percent), 18, flat_ink);
+    text.write(fmt::format("{} of CPU to simulate, {} for map and drawing of {} pictures", seconds_words(p.cpu_run),
+                           seconds_words(p.cpu_pictures), o.pictures),
+               18, flat_ink);
+    text.y += 14.0;
   }
   std::map<std::string, size_t> series;
   for (const OverviewPoint& p : o.points) series.try_emplace(p.series, series.size());
   for (const auto& [name, index] : series) {
-    render::fill_disc(image, x + 7, y - 5, 6, flat_palette[index % flat_palette.size()]);
-    render::draw_text(image, {x + 22, y}, render::fit_text(name, 17, wide - 22), 17, flat_ink);
-    y += 25;
+    render::fill_disc(image, text.x + 7, text.y - 5, 6, flat_palette[index % flat_palette.size()]);
+    render::draw_text(image, {text.x + 22, text.y}, render::fit_text(name, 17, text.wide - 22), 17, flat_ink);
+    text.y += 25;
   }
-  y += 4;
-  render::fill_rectangle(image, {x, y - 9, 15, 7}, flat_faint * 0.93f);
-  render::draw_text(image, {x + 22, y}, "front: nothing cheaper is as right", 17, flat_ink);
-  y = paragraph(image, x, y + 34, wide,
-                fmt::format("Along each line the tolerance falls. Truth: {}, itself off by {}.", o.reference,
-                            o.reference_pixels >= 0.0 ? pixels_words(o.reference_pixels) : "an unknown distance"),
-                15, flat_grey);
-  for (const std::string& words : o.left_out) y = paragraph(image, x, y + 4, wide, words, 15, flat_grey);
+  text.y += 4;
+  render::fill_rectangle(image, {text.x, text.y - 9, 15, 7}, flat_faint * 0.93f);
+  render::draw_text(image, {text.x + 22, text.y}, "front: nothing cheaper is as right", 17, flat_ink);
+  text.y += 34;
+  text.write(fmt::format("Along each line the tolerance falls. Truth: {}, itself off by {}.", o.reference,
+                         o.reference_pixels >= 0.0 ? pixels_words(o.reference_pixels) : "an unknown distance"),
+             15, flat_grey);
+  for (const std::string& words : o.left_out) {
+    text.y += 4.0;
+    text.write(words, 15, flat_grey);
+  }
 }
 
-// Where the vertices are farthest apart in a picture, in its pixels.
-glm::dvec2 farthest_place(const Animation& animation, const VertexDistance& apart) {
-  PictureViews views(animation, std::max(0, apart.picture));
-  return views.pixel(apart.world);
+// What the pictures of the figure are made of.
+struct Pictured {
+  const Animation& truth;
+  const std::vector<Made>& made;
+  const RenderSettings& settings;
+  const sim::Scene& scene;
+};
+
+// The scene alone, without words and diagrams, at the true film's camera.
+void strip(const Animation& truth, int moment, PictureMemory& memory) {
+  memory.picture.overlay = {};
+  memory.picture.overlay.grid_note = false;
+  memory.picture.insets.clear();
+  memory.picture.views.clear();
+  aim_camera(truth, moment, truth.camera, memory.picture);
+  memory.picture.views.clear();
 }
 
-void draw_figure(StudyOverview& o, const std::string& title, const Animation& truth, const std::vector<Made>& made,
-                 const RenderSettings& settings, const sim::Scene& scene, const std::vector<int>& shown, render::Renderer& renderer) {
+void draw_figure(StudyOverview& o, const std::string& title, const Pictured& of, const std::vector<int>& shown,
+                 render::Renderer& renderer) {
+  const Animation& truth = of.truth;
   const int height = 66 + plot_height + 2 * (row + gap) + caption + margin;
   o.figure = render::make_image(width, height, 3, 255);
   render::draw_text(o.figure, {margin, 42}, render::fit_text(title, 30, width - 2.0 * margin, render::Weight::bold), 30, flat_ink,
@@ -468,25 +495,24 @@ void draw_figure(StudyOverview& o, const std::string& title, const Animation& tr
   words_beside(o.figure, o);
   // One moment for all pictures: where the first of them is farthest off.
   if (shown.empty()) return;
-  const auto results_of = [&](int i) -> const sim::Results& { return *made[static_cast<size_t>(i)].results; };
-  const VertexDistance first = vertices_apart(truth, results_of(shown.front()), &scene, pictures_compared);
+  const auto results_of = [&](int i) -> const sim::Results& { return *of.made[static_cast<size_t>(i)].results; };
+  const VertexDistance first = vertices_apart(truth, results_of(shown.front()), &of.scene, pictures_compared);
   const int moment = std::max(0, first.picture);
   PictureMemory memory;
   const auto draw = [&](const Animation& animation) {
     update_picture(animation, moment, memory);
-    memory.picture.overlay = {};
-    memory.picture.insets.clear();
-    memory.picture.camera = truth.camera;
-    aim_camera(truth, moment, truth.camera, memory.picture);
+    strip(truth, moment, memory);
     return renderer.draw(memory.picture);
   };
   const render::Image right = draw(truth);
-  const glm::dvec2 middle = farthest_place(truth, first);
+  glm::dvec2 middle(0.5 * right.width, 0.5 * right.height);
+  const render::Layout layout = render::make_layout(memory.picture);
+  render::project(render::make_view(memory.picture.camera, layout.scene, truth.bounds), first.world, middle);
   const int top = 66 + plot_height + caption;
   for (size_t k = 0; k < shown.size(); ++k) {
     const OverviewPoint& p = o.points[static_cast<size_t>(shown[k])];
     const int x = margin + static_cast<int>(k) * (column + gap);
-    const Animation film = like(truth, results_of(shown[k]), settings, scene);
+    const Animation film = like(truth, results_of(shown[k]), of.settings, of.scene);
     const render::Image picture = draw(film);
     const double fitting = std::max(static_cast<double>(picture.width) / column, static_cast<double>(picture.height) / row);
     render::Image cell = render::make_image(column, row, 3, 255);
@@ -556,7 +582,7 @@ std::optional<StudyOverview> study_overview(const sim::Scene& given, const Overv
       ladder.last = s.cpu_seconds;
       Made m;
       m.point.series = ladder.words.empty() ? s.method : fmt::format("{}, {}", s.method, ladder.words);
-      m.point.name = fmt::format("{}, {:.0e}", m.point.series, tolerance);
+      m.point.name = fmt::format("{}, {}", m.point.series, power_words(tolerance));
       m.point.tolerance = tolerance;
       m.point.cpu_run = s.cpu_seconds;
       m.point.cpu_pictures = drawing;
@@ -575,8 +601,8 @@ std::optional<StudyOverview> study_overview(const sim::Scene& given, const Overv
   find_front(out);
   const std::string name = scene.title.empty() ? scene.file.stem().string() : scene.title;
   const OverviewPoint& best = out.points[static_cast<size_t>(out.recommended)];
-  draw_figure(out, fmt::format("{}: right to {} for {} of simulation", name, pixels_words(best.pixels), seconds_words(best.cpu_run)), truth,
-              made, settings, scene, shown_points(out), renderer);
+  draw_figure(out, fmt::format("{}: right to {} for {} of simulation", name, pixels_words(best.pixels), seconds_words(best.cpu_run)),
+              {truth, made, settings, scene}, shown_points(out), renderer);
   return out;
 } catch (const sim::InputError& error) {
   why = error.what();

@@ -240,8 +240,8 @@ Results Recorder::finish(const System&) {
   for (BodyRows& rows : rows_)
     for (TableRows* table : {&rows.displacement, &rows.rotation, &rows.q, &rows.qd}) table->flush();
   for (size_t k = 0; k < plans_.columns.size(); ++k)
-    results_.outputs.push_back(
-        {plans_.columns[k], plans_.units[k], table_.row(static_cast<Eigen::Index>(k)).transpose(), plans_.descriptions[k], plans_.sizes[k]});
+    results_.outputs.push_back({plans_.columns[k], plans_.units[k], table_.row(static_cast<Eigen::Index>(k)).transpose(),
+                                plans_.descriptions[k], plans_.sizes[k]});
   return std::move(results_);
 }
 

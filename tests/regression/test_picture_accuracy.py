@@ -1,4 +1,4 @@
-"""An accuracy asked of the pictures, "0.5 px" or "0.1 mm": kept against a pendulum integrated here, told in shares, refused in sentences."""
+"""An accuracy asked of the pictures, "0.5 px", "0.1 mm": kept against a pendulum integrated here, told in shares, refused in words."""
 import json
 import math
 import pathlib
@@ -80,9 +80,7 @@ with tempfile.TemporaryDirectory() as temporary:
         columns = history(folder / "run.csv")
         expect(list(columns) == ["t", "tip.x", "tip.y", "tip.z"], f"{asked}: columns are {list(columns)}")
         every = (len(columns["t"]) - 1) // 200  # more samples where they were too far apart
-        apart = max(
-            math.hypot(columns["tip.x"][i * every] - x, columns["tip.y"][i * every] - y) for i, (x, y) in enumerate(truth)
-        )
+        apart = max(math.hypot(columns["tip.x"][i * every] - x, columns["tip.y"][i * every] - y) for i, (x, y) in enumerate(truth))
         shares = told["accuracy"]["picture"]
         unit = pixel if shares["unit"] == "px" else 1.0
         estimate = shares["total"] * unit
@@ -108,7 +106,8 @@ with tempfile.TemporaryDirectory() as temporary:
     run("compare", folder / "loose.h5", folder / "tight.h5", "--pixels", 0.5 * vertices["pixels"], code=1)
     run("compare", folder / "loose.h5", folder / "tight.h5", "--pixels", 2 * vertices["pixels"])
 
-    # A body of few nodes whose map alone takes two pixels: said, and an error where warnings are errors. Its own shape functions tell 2.3 px.
+    # A body of few nodes whose map alone takes two pixels: said, and an error where warnings are errors. Its own shape functions
+    # tell 2.3 px.
     solid = examples / "pendulum_solid.toml"
     told = json.loads(run("simulate", solid, "--csv", folder / "s.csv", "--accuracy", "0.5 px", "--json", "--fresh").stdout)["simulation"]
     share = told["accuracy"]["picture"]["map"]
