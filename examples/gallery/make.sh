@@ -51,13 +51,14 @@ picture 01_slider_crank "$here/../slider_crank.toml" 30 \
 picture 02_engine "$here/../engine.toml" 95 \
   $'speed = 0.05\ncolor_by = "none"\nscales = [100000]\nundeformed = true\ncamera = { direction = [-0.35, -0.3, -1] }'
 picture 03_engine_section "$work/engine_cut.toml" 2 \
-  $'speed = 0.05\ncolor_by = "none"\nscales = [1]\nsection = { normal = [0, 0, 1], bodies = ["piston", "crank"] }\n'\
+  $'speed = 0.05\ncolor_by = "none"\nscales = [1]\njoints = false\nsection = { normal = [0, 0, 1], bodies = ["piston", "crank"] }\n'\
 $'camera = { direction = [-0.35, -0.3, -1] }'
 picture 04_conrod "$here/../engine.toml" 95 \
-  $'speed = 0.1\ncolor_by = "displacement"\nscales = [1]\nextremes = true\ncolor_range = [0, 2e-7]'
+  $'speed = 0.1\ncolor_by = "displacement"\nscales = [1]\nextremes = true\ncolor_range = { window = [1.89, 1.91], percentile = 100 }'
 picture 05_strip "$here/../beams/strip.toml" 40 $'color_by = "displacement"\nscales = [1]\ncamera = { window = [0.39, 0.41] }\n'\
 $'insets = [{ at = "strip.tip", zoom = 8, corner = "upper right", label = "tip" }]'
-picture 06_blade "$here/../beams/blade.toml" 25 $'color_by = "displacement"\nundeformed = true\ncamera = { window = [3.7, 3.77] }' z
+picture 06_blade "$here/../beams/blade.toml" 25 $'color_by = "displacement"\nscales = [1, 10]\n'\
+$'color_range = { window = [3.7, 3.77], percentile = 100 }\ncamera = { window = [3.7, 3.77], direction = [-1, 0.25, -0.35], up = [0, 0, 1] }' z
 picture 07_buckling "$here/../beams/buckling.toml" 99 \
   $'color_by = "displacement"\nscales = [1]\ncolormap = "cividis"\nextremes = true\n'\
 $'camera = { direction = [0.25, -0.16, -1], window = [9.8, 9.9] }\noverlay = { plot = ["middle.y"] }'

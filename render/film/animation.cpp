@@ -306,7 +306,8 @@ void add_symbols(const Animation& animation, const SamplePlace& place, render::P
     surface.pose = joint_pose(animation.results->joints[symbol.joint], symbol.fixed ? SamplePlace{} : place);
     surface.material = symbol_material(animation.settings);
     surface.two_sided = false;
-    surface.seen_through = 0.3f;
+    // A picture for show has no stains of what lies inside its bodies.
+    surface.seen_through = animation.settings.look == LookKind::presentation ? 0.0f : 0.3f;
     picture.surfaces.push_back(surface);
   }
 }

@@ -286,6 +286,12 @@ std::vector<View> make_views(const Picture& picture, std::span<const glm::dvec3>
         options);
     views.push_back(view);
   }
+  // Square views have one scale, as on a drawing: lengths can be compared from view to view.
+  double metres = 0.0;  // of the picture's height
+  for (const View& view : views)
+    if (view.camera.projection == Projection::orthographic) metres = std::max(metres, view.camera.height / view.height);
+  for (View& view : views)
+    if (view.camera.projection == Projection::orthographic) view.camera.height = metres * view.height;
   return views;
 }
 

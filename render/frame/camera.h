@@ -62,7 +62,7 @@ Camera camera_on_path(std::span<const CameraKey> keys, double t);
 enum class ViewKind { front, side, top, iso };
 
 // One to four views of the points, each fitted to its part of the picture: front (looking along -z for up y, +y for up z), side, top,
-// three-quarter. Two stand side by side, three and four two by two. Set size and overlay of the picture first.
+// three-quarter. Square views have one scale. Two stand side by side, three and four two by two. Set size and overlay of the picture first.
 std::vector<View> make_views(const Picture& picture, std::span<const glm::dvec3> points, const glm::dvec3& up,
                              std::span<const ViewKind> kinds);
 
