@@ -54,7 +54,7 @@ picture 03_engine_section "$work/engine_cut.toml" 2 \
   $'speed = 0.05\ncolor_by = "none"\nscales = [1]\njoints = false\nsection = { normal = [0, 0, 1], bodies = ["piston", "crank"] }\n'\
 $'camera = { direction = [-0.35, -0.3, -1] }'
 picture 04_conrod "$here/../engine.toml" 95 \
-  $'speed = 0.1\ncolor_by = "displacement"\nscales = [1]\nextremes = true\ncolor_range = { window = [1.89, 1.91], percentile = 100 }'
+  $'speed = 0.1\ncolor_by = "displacement"\nscales = [1]\nextremes = true\ncolor_range = [0, 1.3e-7]'
 picture 05_strip "$here/../beams/strip.toml" 40 $'color_by = "displacement"\nscales = [1]\ncamera = { window = [0.39, 0.41] }\n'\
 $'insets = [{ at = "strip.tip", zoom = 8, corner = "upper right", label = "tip" }]'
 picture 06_blade "$here/../beams/blade.toml" 25 $'color_by = "displacement"\nscales = [1, 10]\n'\
