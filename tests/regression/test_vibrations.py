@@ -99,7 +99,7 @@ def response(folder):
 
 
 def controlled(folder):
-    """A controller's states are part of the response: a PID on the first mass, and a filter in its place. Modes are told to be without."""
+    """A controller's states are part of the response: a PID on the first mass, and a filter in its place; and of the modes."""
     scene = folder / "controlled.toml"
     head = OSCILLATORS.replace("FORCE", "0") + output("a", "a", "position") + output("x", "ja", "value") + output("v", "ja", "rate")
     head += '[[force]]\nkind = "force"\non = "a"\ndirection = [1, 0, 0]\nvalue = "c"\n[[block]]\nname = "c"\ninput = "-x"\n'
@@ -114,8 +114,17 @@ def controlled(folder):
             s = 800 + 4j * w
             first = (s - 2 * w * w) / ((2 * s - 2 * w * w + law(1j * w)) * (s - 2 * w * w) - s * s)
             near(table["a.x"][i], abs(first), 1e-6 * abs(first), f"with a controller, {w:.3g} rad/s")
-        expect("states of blocks" in run("check", scene).stdout, "check does not say that blocks are held")
+        # Every pole makes the determinant zero; there is one more than without the controller.
+        modes = json.loads(run("check", scene, "--json").stdout)["modes"]
+        for mode in modes:
+            p = complex(mode["real"], mode["imaginary"])
+            s = 800 + 4 * p
+            terms = [(2 * s + 2 * p * p + law(p)) * (s + 2 * p * p), -s * s]
+            expect(abs(sum(terms)) < 1e-6 * sum(map(abs, terms)), f"{p} is no pole with a controller: {terms}")
+        count = sum(1 if mode["imaginary"] == 0 else 2 for mode in modes)
+        expect(count == 5, f"{count} poles with a controller")
     scene.write_text(head + pid + "sample = 0.01\n")
+    expect("outputs of sampled blocks" in run("check", scene).stdout, "check does not say that sampled blocks are held")
     expect("'c'" in run("response", scene, "--force", "push", code=2).stderr, "a sampled block has a frequency response")
     # Damping is that beside the state, whatever the law of the rate: of quadratic drag none at rest, of a tanh its slope.
     for law, damping in (

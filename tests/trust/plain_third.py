@@ -336,3 +336,355 @@ def too_many_bearings():
         {},
         "a door on a hinge and a bearing",
     )
+
+
+def held_modes(M, K, count):
+    """Squares of the frequencies and mass-normalised shapes of the lowest modes."""
+    squares, V = eigh(K, M)
+    return squares[:count], V[:, :count]
+
+
+@case("a ball falls on the middle of a beam between two hinges (Hertz): both move; the beam's few modes by its own choice")
+def ball_on_beam():
+    s, A, I = circle(0.02)
+    L, m, k, g, high = 1.0, 0.05, 1e7, 9.81, 0.02
+    b = np.arange(1, 40, 2) * math.pi / L
+    # Timoshenko's beam between hinges, whose waves are sines: w'' and the section's turn, the lower root.
+    kGA, rI = 6 / 7 * G * A, RHO * I
+    p, q = RHO * A * (E * I * b**2 + kGA) + rI * kGA * b**2, kGA * b**2 * (E * I * b**2)
+    w2 = 2 * q / (p + np.sqrt(p * p - 4 * RHO * A * rI * q))
+    turn = b - RHO * A * w2 / (kGA * b)
+    at = np.sin(b * L / 2) / np.sqrt((RHO * A + rI * turn**2) * L / 2)
+
+    for words in ("", "keep_modes = 4", "elements = 20"):
+
+        def f(t, y):
+            n = len(w2)
+            q, v, z, vz = y[:n], y[n : 2 * n], y[2 * n], y[2 * n + 1]
+            d = at @ q - (z - 0.01)
+            F = k * max(d, 0.0) ** 1.5
+            return np.r_[v, -w2 * q - at * F, vz, F / m - g]
+
+        def truth(t):
+            n = len(w2)
+            y = ode(f, np.r_[np.zeros(2 * n), 0.01 + high, 0.0], t, rtol=1e-9, atol=1e-13, max_step=2e-5)
+            return {"ball": y[:, 2 * n : 2 * n + 1], "mid": np.c_[np.nan * t, y[:, :n] @ at, np.nan * t]}
+
+        yield Scene(
+            simulation(0.1, 2000)
+            + beam("rod", L, s, STEEL, "frames = { middle = 0.5 }\n" + words)
+            + joint("a", "revolute", "ground", "rod")
+            + joint("b", "point-on-line", "ground", "rod.tip", "axis = [1, 0, 0]\nposition = [1, 0, 0]")
+            + rigid("ball", m, (1e-5,) * 3)
+            + joint(
+                "fall", "prismatic", "ground", "ball", f"axis = [0, 1, 0]\nposition = [0.5, 0, 0]\ninitial = {{ value = {0.01 + high} }}"
+            )
+            + force("force", "ball", -m * g, (0, 1, 0))
+            + f'[[force]]\nkind = "contact"\non = "ball"\nfrom = "rod.middle"\nshape = "sphere"\nradius = 0.01\nnormal = [0, 1, 0]\nstiffness = {k}\nexponent = 1.5\n\n'
+            + output("ball", "fall", "value")
+            + output("mid", "rod.middle", "displacement"),
+            truth,
+            {},
+            words or "as it comes",
+        )
+
+
+@case("a mast with a guy rope that slackens and tightens, pushed at its top; a screw that runs against its stop")
+def guys_and_screws():
+    s, A, I = circle(0.02)
+    L, F, k, w = 1.0, 80.0, 2e4, 60.0
+    M, K = beam_matrices(L, E * I, RHO * A, 12)
+    squares, V = held_modes(M, K, 8)
+    tip = V[-2]
+    far = 2.0
+    length = far
+
+    def f(t, y):
+        v = tip @ y[:8]
+        n = far + v
+        pull = k * max(n - length, 0.0)
+        return np.r_[y[8:], tip * (F * math.sin(w * t) - pull * (far + v) / n) - squares * y[:8]]
+
+    yield Scene(
+        simulation(0.5, 1000)
+        + f"[ground]\nframes = {{ peg = [{L}, {far}, 0] }}\n\n"
+        + beam("mast", L, s, STEEL)
+        + weld("foot", "ground", "mast")
+        + force("force", "mast.tip", f"{F}*sin({w}*t)", (0, -1, 0))
+        + f'[[force]]\nkind = "cable"\non = "mast.tip"\nfrom = "ground.peg"\nstiffness = {k}\nrest = {length!r}\n\n'
+        + output("tip", "mast.tip", "displacement"),
+        lambda t: {"tip": np.c_[np.nan * t, -ode(f, np.zeros(16), t, rtol=1e-9, atol=1e-13, max_step=1e-4)[:, :8] @ tip, np.nan * t]},
+        {},
+        "guyed mast",
+    )
+    m, J, p, T, ks, c = 4.0, 0.01, 0.004, 2.0, 2e6, 500.0
+
+    def screw(t, y):
+        z = p * y[0]
+        stop = ks * (z - 0.02) + c * p * y[1] if z > 0.02 else 0.0
+        stop = max(stop, 0.0) if z > 0.02 else 0.0
+        return [y[1], (T * math.cos(5 * t) - stop * p) / (J + m * p * p)]
+
+    yield Scene(
+        simulation(1.5, 500)
+        + rigid("nut", m, (J, J, J))
+        + rigid("plate", 1e-9, (0,) * 3).replace("inertia = [0.0, 0.0, 0.0]\n", "")
+        + joint("screw", "screw", "ground", "nut", f"axis = [0, 0, 1]\npitch = {p}")
+        + joint("slide", "prismatic", "ground", "plate", f"axis = [0, 0, 1]\nstop = {{ upper = 0.02, stiffness = {ks}, damping = {c} }}")
+        + f'[[coupling]]\nname = "rides"\nkind = "screw"\njoints = ["screw", "slide"]\npitch = {p}\n\n'
+        + force("torque", "nut", f"{T}*cos(5*t)", (0, 0, 1))
+        + output("a", "screw", "value"),
+        lambda t: {"a": ode(screw, [0.0, 0.0], t, rtol=1e-10, atol=1e-12, max_step=1e-3)[:, :1]},
+        {},
+        "screw with a stop on its slide",
+    )
+
+
+@case("a spatial four-bar of rigid bodies (RSSR) that runs freely, dry friction in its crank or rocker, whichever joint is cut")
+def spatial_crank_rocker():
+    r, R, l = 0.1, 0.3, 0.5
+    start, rate, J1, J2, mr = 0.4, 12.0, 0.02, 0.05, 0.0
+    base = np.array([0.35, 0.0, 0.25])  # of the rocker's hinge, whose axis is x
+
+    crank = lambda a: np.array([r * np.cos(a), r * np.sin(a), 0 * a])
+    rocker = lambda b: base + np.array([0 * b, R * np.sin(b), R * np.cos(b)])
+    gap = lambda a, b: ((rocker(b) - crank(a)) ** 2).sum() - l * l
+    b0 = brentq(lambda b: gap(start, b), -0.2, 1.4) if gap(start, -0.2) * gap(start, 1.4) < 0 else None
+    if b0 is None:
+        return
+
+    def slopes(a, b):
+        d = rocker(b) - crank(a)
+        da, db = -d @ np.array([-r * math.sin(a), r * math.cos(a), 0]), d @ np.array([0, R * math.cos(b), -R * math.sin(b)])
+        return -da / db
+
+    def second(a, b, h=1e-5):
+        g = slopes(a, b)
+        return (slopes(a + h, b + g * h) - slopes(a - h, b - g * h)) / (2 * h)
+
+    for rub, order in ((0.2, (0, 1, 2, 3)), (0.2, (3, 2, 1, 0)), (0.6, (1, 3, 0, 2))):
+
+        def f_of(sign, rub=rub):
+            def f(t, y):
+                a, b, v = y
+                g = slopes(a, b)
+                acc = (-J2 * g * second(a, b) * v * v - rub * sign * g) / (J1 + J2 * g * g)
+                return [v, g * v, acc]
+
+            return f
+
+        def events_of(sign):
+            e = lambda t, y: slopes(y[0], y[1]) * y[2]
+            e.direction = -sign
+            return [(e, -sign)]
+
+        def truth(t, f_of=f_of):
+            y = piecewise(f_of, events_of, [start, b0, rate], math.copysign(1, slopes(start, b0) * rate), t, rtol=1e-10, atol=1e-12)
+            return {"a": y[:, :1], "b": y[:, 1:2] - b0, "v": y[:, 2:]}
+
+        joints = [
+            joint("crank", "revolute", "ground", "c", f"initial = {{ value = {start}, rate = {rate} }}"),
+            joint(
+                "rocker",
+                "revolute",
+                "ground",
+                "r",
+                f"axis = [1, 0, 0]\nposition = {base.tolist()}\ninitial = {{ guess = {-b0!r} }}\nfriction = {{ coefficient = 0.1, normal_force = {10 * rub} }}",
+            ),
+            joint("rod", "distance", "c.end", "r.end", f"length = {l}"),
+        ]
+        keep = [joints[k] for k in order if k < 3]
+        yield Scene(
+            simulation(1.0, 300)
+            + rigid("c", 1.0, (J1,) * 3, {"end": (r, 0, 0)})
+            + rigid("r", 1.0, (J2,) * 3, {"end": (0, 0, R)})
+            + "".join(keep)
+            + output("a", "crank", "value")
+            + output("bb", "rocker", "value")
+            + f'[[output]]\nname = "b"\nexpression = "-bb - {b0!r}"\n\n'
+            + output("v", "crank", "rate"),
+            truth,
+            {"v": rate},
+            f"{rub} N m, {order}",
+        )
+
+
+@case("a valve rod driven by a cam: the elastic rod and its spring answer the lift; section forces of a shaken console")
+def driven_elastics():
+    s, A, I = circle(0.008)
+    L, m, k, W, lift = 0.3, 0.1, 3e4, 60.0, 0.004
+    M, K = rod_matrices(L, E * A, RHO * A, 30, tip_mass=m)
+    K[-1, -1] += k
+    ones = np.ones(len(M))
+    z = lambda t, W=W: lift * (1 - np.cos(W * t)) / 2
+    zdd = lambda t, W=W: lift * W * W / 2 * np.cos(W * t)
+
+    def push(t, L=L, M=M, K=K, ones=ones):
+        rel = Linear(M, K).respond(-(M @ ones), zdd, t, fine=4000) + Linear(M, K).respond(-k * np.eye(len(M))[-1], z, t, fine=4000)
+        return {"tip": np.c_[rel[:, -1] + z(t) + L, 0 * t, 0 * t], "F": (k * (rel[:, -1:] + z(t)[:, None]))}
+
+    yield Scene(
+        simulation(0.3, 1000)
+        + rigid("cam", 1.0, (1e-3,) * 3)
+        + rigid("foot", 0.01, (1e-6,) * 3)
+        + rigid("plate", m, (1e-6,) * 3)
+        + joint("shaft", "revolute", "ground", "cam", f'position = [0, -0.2, 0]\nmotion = "{W}*t"')
+        + joint("slide", "prismatic", "ground", "foot", "axis = [1, 0, 0]")
+        + f'[[coupling]]\nname = "lobe"\nkind = "cam"\njoints = ["shaft", "slide"]\nlift = "{lift}*(1 - cos(angle))/2"\n\n'
+        + beam("rod", L, s, STEEL)
+        + weld("a", "foot", "rod")
+        + weld("b", "rod.tip", "plate")
+        + f'[[force]]\nname = "spring"\nkind = "bushing"\non = "plate"\nfrom = "ground.seat"\nstiffness = [{k}, 0, 0, 0, 0, 0]\ndamping = [0, 0, 0, 0, 0, 0]\n\n[ground]\nframes = {{ seat = [{L}, 0, 0] }}\n\n'
+        + output("tip", "plate", "position"),
+        lambda t: {"tip": push(t)["tip"]},
+        {},
+        "valve rod",
+    )
+    s, A, I = circle(0.02)
+    L, W, a0 = 1.0, 70.0, 20.0
+    M, K = beam_matrices(L, E * I, RHO * A, 16)
+    ones = np.zeros(len(M))
+    ones[::2] = 1
+    acc = lambda t: a0 * np.sin(W * t) ** 2
+    full_M, full_K = beam_matrices(L, E * I, RHO * A, 16)
+
+    def shaken(t):
+        rel = Linear(M, K).respond(-(M @ ones), acc, t, fine=4000)
+        # Root moment by the first element's end: E I v''.
+        h = L / 16
+        v1, s1 = rel[:, 0], rel[:, 1]
+        return {"S": np.c_[np.nan * t, np.nan * t, np.nan * t, np.nan * t, np.nan * t, E * I * (6 * v1 - 2 * h * s1) / h**2]}
+
+    yield Scene(
+        simulation(0.5, 1000)
+        + rigid("base", 1.0, (1,) * 3)
+        + joint("j", "prismatic", "ground", "base", f'axis = [0, 1, 0]\nmotion = "{a0 / 2}*(t^2/2 - (1 - cos({2 * W}*t))/{4 * W * W})"')
+        + beam("rod", L, s, STEEL)
+        + weld("foot", "base", "rod")
+        + out("S", "rod", "section_force", "at = 0"),
+        shaken,
+        {},
+        "root moment of a shaken console",
+    )
+
+
+@case("an overhung rotor with a heavy disc: whirls forward and backward")
+def overhung_rotor():
+    s, A, I = circle(0.02)
+    L, m, Jp, Jd = 0.4, 8.0, 0.12, 0.065
+    light = {"E": E, "rho": 1e-3, "poisson": 0.3}
+    K = E * I * np.array([[12 / L**3, -6 / L**2], [-6 / L**2, 4 / L]])
+    for W in (0.0, 100.0, 600.0):
+        # u = y + i z, a = turn: M u'' - i W G u' + K u = 0 seen from outside.
+        M = np.diag([m, Jd])
+        Gy = np.diag([0.0, Jp * W])
+        n = np.zeros((2, 2))
+        A1 = np.block([[n, np.eye(2)], [-np.linalg.solve(M, K), 1j * np.linalg.solve(M, Gy)]])
+        outside = np.linalg.eigvals(A1).imag
+        seen = outside - W  # from the shaft
+        yield Modes(
+            simulation(1.0, 100)
+            + rigid("chuck", 1.0, (1,) * 3)
+            + rigid("disc", m, (Jp, Jd, Jd))
+            + joint("spin", "revolute", "ground", "chuck", f'axis = [1, 0, 0]\nmotion = "{W}*t"')
+            + beam("shaft", L, s, light, 'effects = ["bending_xy", "bending_xz"]')
+            + weld("w", "chuck", "shaft")
+            + weld("d", "shaft.tip", "disc"),
+            tuple(complex(0, abs(x)) for x in seen),
+            f"{W} rad/s",
+            claim=1e-3,
+        )
+
+
+@case("curved beams under their own weight, across and in their plane; reactions at the foot")
+def hooks():
+    s, A, I = circle(0.01)
+    for angle, R, across in ((math.pi / 2, 0.5, True), (math.pi, 0.3, True), (math.pi / 2, 0.5, False)):
+        g, w = 9.81, RHO * A * 9.81
+        phi, wts = np.polynomial.legendre.leggauss(80)
+        phi, wts = (phi + 1) / 2 * angle, wts / 2 * angle
+        P = lambda q: np.array([R * np.sin(q), R * (1 - np.cos(q))])
+        end = P(angle)
+
+        def beyond(q, F):  # moment about P(q) of the weight beyond and of a unit force at the end
+            out = np.zeros(3)
+            xs, ws = np.polynomial.legendre.leggauss(20)
+            for x, ww in zip((xs + 1) / 2 * (angle - q) + q, ws / 2 * (angle - q)):
+                out += np.cross([*(P(x) - P(q)), 0], np.array(F) * w * R * ww)
+            return out
+
+        d = (0, 0, -1) if across else (0, -1, 0)
+        u = 0.0
+        for q, ww in zip(phi, wts):
+            t = np.array([math.cos(q), math.sin(q), 0])
+            Mw, M1 = beyond(q, d), np.cross([*(end - P(q)), 0], d)
+            T, B = Mw @ t, Mw - (Mw @ t) * t
+            u += ww * R * ((Mw @ t) * (M1 @ t) / (G * 2 * I) + B @ (M1 - (M1 @ t) * t) / (E * I))
+        foot = -beyond(0.0, d)
+        yield Scene(
+            simulation(0.01, 100, tuple(9.81 * np.array(d)), start="static")
+            + beam("hook", 1.0, s, STEEL, f'axis = {{ x = "{R!r}*sin(u)", y = "{R!r}*(1 - cos(u))", to = {angle!r} }}').replace(
+                "length = 1.0\n", ""
+            )
+            + weld("wall", "ground", "hook.root")
+            + output("tip", "hook.tip", "position")
+            + output("R", "wall", "reaction"),
+            still(
+                tip=[np.nan if across else np.nan, np.nan if across else end[1] - u, -u if across else np.nan],
+                R=[np.nan, np.nan, np.nan, *foot],
+            ),
+            {"tip": u, "R": float(np.linalg.norm(foot))},
+            f"{math.degrees(angle):.0f} degrees, {'across' if across else 'in'} its plane",
+        )
+
+
+@case("tapered consoles: frequencies of a wedge and a cone cut off, whose width falls to a fifth")
+def tapered_modes():
+    for shape in ("rectangle", "circle"):
+        L, a, b = 1.0, 0.05, 0.01
+        n = 120
+        h = L / n
+        M, K = np.zeros((2 * n + 2,) * 2), np.zeros((2 * n + 2,) * 2)
+        for e in range(n):
+            D = a + (b - a) * (e + 0.5) / n
+            I, A = (0.02 * D**3 / 12, 0.02 * D) if shape == "rectangle" else (math.pi * D**4 / 64, math.pi * D * D / 4)
+            i = slice(2 * e, 2 * e + 4)
+            K[i, i] += (
+                E
+                * I
+                / h**3
+                * np.array(
+                    [
+                        [12, 6 * h, -12, 6 * h],
+                        [6 * h, 4 * h * h, -6 * h, 2 * h * h],
+                        [-12, -6 * h, 12, -6 * h],
+                        [6 * h, 2 * h * h, -6 * h, 4 * h * h],
+                    ]
+                )
+            )
+            M[i, i] += (
+                RHO
+                * A
+                * h
+                / 420
+                * np.array(
+                    [
+                        [156, 22 * h, 54, -13 * h],
+                        [22 * h, 4 * h * h, 13 * h, -3 * h * h],
+                        [54, 13 * h, 156, -22 * h],
+                        [-13 * h, -3 * h * h, -22 * h, 4 * h * h],
+                    ]
+                )
+            )
+        w = np.sqrt(eigh(K[2:, 2:], M[2:, 2:], eigvals_only=True)[:2])
+        sec = lambda D: f'shape = "rectangle", height = {D}, width = 0.02' if shape == "rectangle" else f'shape = "circle", diameter = {D}'
+        for words in ("", "volumes = 30\n"):
+            yield Modes(
+                simulation(1.0, 100)
+                + beam("rod", L, "X", STEEL, words + 'effects = ["bending_xy"]').replace(
+                    "section = X\n", f"sections = [{{ at = 0, {sec(a)} }}, {{ at = 1, {sec(b)} }}]\n"
+                )
+                + weld("wall", "ground", "rod"),
+                tuple(complex(0, x) for x in w),
+                f"{shape}, {words.strip() or 'as it comes'}",
+            )
