@@ -253,3 +253,50 @@ def turned_bushing(run):
         )
         wrong += ("half a turn" in " ".join(run.summary["simulation"]["warnings"])) != beyond
     return wrong
+
+
+@case("a steel strip of 40 x 2 mm pulled with 100 MPa and twisted", promise, 0.01)
+def twisted_strip(run):
+    wide, thin, pull, moment = 0.04, 0.002, 8000.0, 0.5
+    j = wide * thin**3 / 3 * (1 - 0.6302 * thin / wide)
+    section = f'{{ shape = "rectangle", height = {wide}, width = {thin} }}'
+    found = at_rest(
+        run,
+        console(section)
+        + force("force", "rod.tip", pull, (1, 0, 0))
+        + force("torque", "rod.tip", moment, (1, 0, 0))
+        + output("tip", "rod.tip", "rotation"),
+    )
+    # The fibres are helices: their pull has a moment N (Iy + Iz)/A theta'.
+    return off(found["tip.x"], moment / (G * j + pull * (wide**2 + thin**2) / 12))
+
+
+@case("a column in a plane whose weak way lies across it, at 0.9 and 1.2 of that load", "warned of: 0 below, 1 above", 0.0)
+def weak_way(run):
+    missed = 0
+    for share in (0.9, 1.2):
+        critical = math.pi**2 / 4 * E * 0.02 * 0.01**3 / 12
+        run(
+            simulation(0.002, 1000, more='start = "static"')
+            + console('{ shape = "rectangle", height = 0.02, width = 0.01 }')
+            + force("force", "rod.tip", share * critical, (-1, 0, 0))
+            + force("force", "rod.tip", 1.0, (0, 1, 0))
+            + output("tip", "rod.tip", "displacement")
+        )
+        missed += ("in the plane only" in run.notes) != (share > 1)
+    return missed
+
+
+@case("a door on two hinges, and on a ball joint and a bearing", "warned of: the first alone", 0.0)
+def shared_hinges(run):
+    missed = 0
+    for lower, upper, rate, told in (("revolute", "revolute", "1.0", True), ("spherical", "point-on-line", "[0, 0, 1]", False)):
+        run(
+            simulation(0.1, 100, (0, 0, -9.81))
+            + rigid("door", 20.0, (1, 1, 1), (0.4, 0, 1.0), {"low": (0, 0, 0.3), "high": (0, 0, 1.7)})
+            + joint("a", lower, "ground", "door.low", f"position = [0, 0, 0.3]\ninitial = {{ rate = {rate} }}")
+            + joint("b", upper, "ground", "door.high", "position = [0, 0, 1.7]")
+            + output("R", "a", "reaction")
+        )
+        missed += ("leave open" in run.notes) != told
+    return missed

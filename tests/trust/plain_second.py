@@ -149,10 +149,11 @@ def turning_blade():
             K[i, i] += (G * J + pull((e + 0.5) * h) * Ip / A) / h * np.array([[1, -1], [-1, 1]])
             K[i, i] += RHO * W * W * (iz - iy) * h / 6 * np.array([[2, 1], [1, 2]])
         square = eigh(K[1:, 1:], M[1:, 1:], eigvals_only=True)[0]
+        share = math.sqrt(square) / (math.pi / 2 / L * math.sqrt(G * J / (RHO * Ip)))
         yield Modes(
             text,
             (complex(0, math.sqrt(square)),),
-            f"{height} x {width} m, {W} rad/s, torsion, {math.sqrt(square) / (math.pi / 2 / L * math.sqrt(G * J / (RHO * Ip))):.3f} of that at rest",
+            f"{height} x {width} m, {W} rad/s, torsion, {share:.3f} of that at rest",
         )
 
 

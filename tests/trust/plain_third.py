@@ -87,11 +87,12 @@ def closed_loops():
     m, kp, ki, kd = 2.0, 300.0, 400.0, 30.0
     body = simulation(1.0, 100) + rigid("cart", m, (1,) * 3) + joint("j", "prismatic", "ground", "cart", "axis = [1, 0, 0]")
     reads = output("x", "j", "value") + output("v", "j", "rate")
-    pid = f'[[block]]\nname = "pid"\nkind = "pid"\ninput = "0.3 - x"\nrate = "-v"\nproportional = {kp}\nintegral = {ki}\nderivative = {kd}\n\n'
+    gains = f"proportional = {kp}\nintegral = {ki}\nderivative = {kd}\n"
+    pid = f'[[block]]\nname = "pid"\nkind = "pid"\ninput = "0.3 - x"\nrate = "-v"\n{gains}\n'
     upper = lambda roots: tuple(sorted({complex(z.real, abs(z.imag)) for z in roots}, key=abs))
     yield Modes(body + pid + force("force", "cart", "pid", (1, 0, 0)) + reads, upper(np.roots([m, kd, kp, ki])), "PID", claim=1e-5)
     T = 0.02
-    pid = f'[[block]]\nname = "pid"\nkind = "pid"\ninput = "0.3 - x"\nproportional = {kp}\nintegral = {ki}\nderivative = {kd}\nfilter = {T}\n\n'
+    pid = f'[[block]]\nname = "pid"\nkind = "pid"\ninput = "0.3 - x"\n{gains}filter = {T}\n\n'
     poly = np.polyadd(
         np.polymul([m, 0, 0], np.polymul([T, 1], [1, 0])), np.polyadd(np.polymul([kd, 0], [1, 0]), np.polymul([T, 1], [kp, ki]))
     )
@@ -230,7 +231,8 @@ def small_couplings():
         + rigid("b", m2, (0.01,) * 3)
         + joint("ja", "prismatic", "ground", "a", "axis = [0, 1, 0]\nposition = [0, -1, 0]")
         + joint("jb", "prismatic", "ground", "b", f"axis = [0, 1, 0]\nposition = [0.5, -1, 0]\nspring = {{ stiffness = {k} }}")
-        + '[ground]\nframes = { p = [0, 0, 0], q = [0.5, 0, 0] }\n\n[[coupling]]\nname = "r"\nkind = "rope"\nthrough = ["a", "ground.p", "ground.q", "b"]\nlength = 2.5\n\n',
+        + "[ground]\nframes = { p = [0, 0, 0], q = [0.5, 0, 0] }\n\n"
+        + '[[coupling]]\nname = "r"\nkind = "rope"\nthrough = ["a", "ground.p", "ground.q", "b"]\nlength = 2.5\n\n',
         (complex(0, math.sqrt(k / (m1 + m2))),),
         "a rope over pulleys",
         claim=1e-5,
@@ -267,7 +269,8 @@ def rubbing_surfaces():
             "planar",
             "ground",
             "puck",
-            f'initial = {{ rate = [{v0[0]}, {v0[1]}, {w0}] }}\nfriction = {{ coefficient = {mu}, normal_force = "reaction", radius = {r} }}',
+            f"initial = {{ rate = [{v0[0]}, {v0[1]}, {w0}] }}\n"
+            f'friction = {{ coefficient = {mu}, normal_force = "reaction", radius = {r} }}',
         )
         + output("q", "j", "value"),
         truth,
@@ -306,9 +309,7 @@ def rubbing_surfaces():
     )
 
 
-@case(
-    "a door on two hinges, a table on four welded legs, a beam with too many bearings of a rigid body: shares of reactions are told or right"
-)
+@case("a door on two hinges: that rigid bodies leave its reactions open is told; on a ball joint and a bearing they are right")
 def too_many_bearings():
     g, m = 9.81, 20.0
     carried = -(0.2 * m + 0.4 * m * g / 1.4)
@@ -325,16 +326,14 @@ def too_many_bearings():
     yield Scene(
         simulation(0.5, 100, (0, 0, -g))
         + rigid("door", m, (1, 1, 1), {"low": (0, 0, 0.3), "high": (0, 0, 1.7)}, (0.4, 0, 1.0))
-        + joint("a", "revolute", "ground", "door.low", "position = [0, 0, 0.3]\ninitial = { rate = 1.0 }")
+        + joint("a", "spherical", "ground", "door.low", "position = [0, 0, 0.3]\ninitial = { rate = [0, 0, 1] }")
         + joint("b", "point-on-line", "ground", "door.high", "position = [0, 0, 1.7]")
-        + output("R", "b", "reaction")
-        + output("angle", "a", "value"),
+        + output("R", "b", "reaction"),
         lambda t: {
             "R": np.c_[carried * np.cos(t), carried * np.sin(t), 0 * t, np.nan * t, np.nan * t, np.nan * t],
-            "angle": t.reshape(-1, 1),
         },
         {},
-        "a door on a hinge and a bearing",
+        "a door on a ball joint and a bearing",
     )
 
 
@@ -356,6 +355,7 @@ def ball_on_beam():
     turn = b - RHO * A * w2 / (kGA * b)
     at = np.sin(b * L / 2) / np.sqrt((RHO * A + rI * turn**2) * L / 2)
 
+    followed = []  # the same for all
     for words in ("", "keep_modes = 4", "elements = 20"):
 
         def f(t, y):
@@ -367,7 +367,9 @@ def ball_on_beam():
 
         def truth(t):
             n = len(w2)
-            y = ode(f, np.r_[np.zeros(2 * n), 0.01 + high, 0.0], t, rtol=1e-9, atol=1e-13, max_step=2e-5)
+            if not followed:
+                followed.append(ode(f, np.r_[np.zeros(2 * n), 0.01 + high, 0.0], t, rtol=1e-9, atol=1e-13, max_step=5e-5))
+            y = followed[0]
             return {"ball": y[:, 2 * n : 2 * n + 1], "mid": np.c_[np.nan * t, y[:, :n] @ at, np.nan * t]}
 
         yield Scene(
@@ -380,7 +382,8 @@ def ball_on_beam():
                 "fall", "prismatic", "ground", "ball", f"axis = [0, 1, 0]\nposition = [0.5, 0, 0]\ninitial = {{ value = {0.01 + high} }}"
             )
             + force("force", "ball", -m * g, (0, 1, 0))
-            + f'[[force]]\nkind = "contact"\non = "ball"\nfrom = "rod.middle"\nshape = "sphere"\nradius = 0.01\nnormal = [0, 1, 0]\nstiffness = {k}\nexponent = 1.5\n\n'
+            + f'[[force]]\nkind = "contact"\non = "ball"\nfrom = "rod.middle"\nshape = "sphere"\nradius = 0.01\n'
+            + f"normal = [0, 1, 0]\nstiffness = {k}\nexponent = 1.5\n\n"
             + output("ball", "fall", "value")
             + output("mid", "rod.middle", "displacement"),
             truth,
@@ -489,7 +492,8 @@ def spatial_crank_rocker():
                 "revolute",
                 "ground",
                 "r",
-                f"axis = [1, 0, 0]\nposition = {base.tolist()}\ninitial = {{ guess = {-b0!r} }}\nfriction = {{ coefficient = 0.1, normal_force = {10 * rub} }}",
+                f"axis = [1, 0, 0]\nposition = {base.tolist()}\ninitial = {{ guess = {-b0!r} }}\n"
+                f"friction = {{ coefficient = 0.1, normal_force = {10 * rub} }}",
             ),
             joint("rod", "distance", "c.end", "r.end", f"length = {l}"),
         ]
@@ -534,7 +538,8 @@ def driven_elastics():
         + beam("rod", L, s, STEEL)
         + weld("a", "foot", "rod")
         + weld("b", "rod.tip", "plate")
-        + f'[[force]]\nname = "spring"\nkind = "bushing"\non = "plate"\nfrom = "ground.seat"\nstiffness = [{k}, 0, 0, 0, 0, 0]\ndamping = [0, 0, 0, 0, 0, 0]\n\n[ground]\nframes = {{ seat = [{L}, 0, 0] }}\n\n'
+        + f'[[force]]\nname = "spring"\nkind = "bushing"\non = "plate"\nfrom = "ground.seat"\nstiffness = [{k}, 0, 0, 0, 0, 0]\n'
+        + f"damping = [0, 0, 0, 0, 0, 0]\n\n[ground]\nframes = {{ seat = [{L}, 0, 0] }}\n\n"
         + output("tip", "plate", "position"),
         lambda t: {"tip": push(t)["tip"]},
         {},
