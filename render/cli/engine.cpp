@@ -1,6 +1,7 @@
 #include "render/cli/engine.h"
 
 #include "render/cli/jobs.h"
+#include "render/cli/shell_word.h"
 #include "render/cli/terminal.h"
 
 #include "sim/base/file_output.h"
@@ -24,15 +25,6 @@ namespace flexframe::cli {
 namespace {
 
 namespace fs = std::filesystem;
-
-// The text as one word of a shell.
-std::string shell_word(const std::string& text) {
-  if (!text.empty() && text.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=:+,") == text.npos)
-    return text;
-  std::string out = "'";
-  for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return out + "'";
-}
 
 // A command line; a word "{}" becomes `shard`, "{cpus}" `cpus`, both as they are.
 std::string shell_line(const std::vector<std::string>& words, const std::string& shard, const std::string& cpus) {
@@ -192,8 +184,7 @@ int hand_over(const EngineJob& job, const EngineWords& words) {
     throw UsageError(fmt::format("--engine {} needs the program {}, which is not there (Debian: {}); the scripts are in {}", words.engine,
                                  program, words.engine == "slurm" ? "slurm-client" : "parallel", (job.folder / "jobs").string()));
   const int code = run_script(scripts.back().file);
-  if (words.engine == "slurm" && code == 0)
-    fmt::print("when done    {} {}\n", shell_word(program_file().string()), fmt::join(job.last, " "));
+  if (words.engine == "slurm" && code == 0) fmt::print("when done    {}\n", shell_line(job.last, "", ""));
   return code == 0 ? 0 : 1;
 }
 

@@ -3,6 +3,7 @@
 #include "render/cli/jobs.h"
 #include "render/cli/json_text.h"
 #include "render/cli/reduce.h"
+#include "render/cli/shell_word.h"
 #include "render/cli/templates.h"
 
 #include "sim/base/file_output.h"
@@ -76,8 +77,10 @@ int make(const Words& words) {
   make_folder(fs::absolute(base).parent_path());
   for (size_t i = 0; i < chosen.files.size(); ++i) sim::write_whole_file(made[i], with_name(template_texts().at(chosen.files[i]), name));
   if (words.kind == "fe-body") reduce_model(made[1].string(), made[2].string(), {"root=rigid:ROOT", "tip=rigid:TIP"}, 8, 0.01);
-  const std::string next = words.kind == "results" ? fmt::format("python3 {0} && flexframe render {1}.h5 -o {1}", made[0].string(), name)
-                                                   : fmt::format("flexframe run {} -o {}-run", made[0].string(), name);
+  const std::string next =
+      words.kind == "results"
+          ? fmt::format("python3 {} && flexframe render {} -o {}", shell_word(made[0].string()), shell_word(name + ".h5"), shell_word(name))
+          : fmt::format("flexframe run {} -o {}", shell_word(made[0].string()), shell_word(name + "-run"));
   nlohmann::ordered_json json = {{"made", nlohmann::ordered_json::array()}, {"next", next}};
   for (const fs::path& path : made) json["made"].push_back(path.string());
   if (words.json) {

@@ -2,6 +2,7 @@
 #include "render/cli/commands.h"
 #include "render/cli/engine.h"
 #include "render/cli/jobs.h"
+#include "render/cli/shell_word.h"
 #include "render/cli/sweep_finish.h"
 #include "render/cli/terminal.h"
 
@@ -124,7 +125,7 @@ int act(const Words& words) {
     if (verbosity() != Verbosity::quiet)
       fmt::print(
           "shard        {}/{}: {} points, {} kept, {} made in {:.2f} CPU s, {} of these without a response; then: flexframe collect {}\n",
-          shard, shards, report.points, report.kept, report.made, report.cpu, report.without, sweep.folder.string());
+          shard, shards, report.points, report.kept, report.made, report.cpu, report.without, shell_word(sweep.folder.string()));
     return 0;
   }
   if (words.engine.elsewhere()) return hand_over_sweep(sweep, words);

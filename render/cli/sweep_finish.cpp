@@ -1,6 +1,7 @@
 #include "render/cli/sweep_finish.h"
 
 #include "render/cli/json_text.h"
+#include "render/cli/shell_word.h"
 #include "render/cli/terminal.h"
 
 #include "render/film/sweep_plots.h"
@@ -30,7 +31,7 @@ std::map<int, long> lacking_shards(const sim::Sweep& sweep, const sim::SweepTabl
 }
 
 std::string run_again(const sim::Sweep& sweep, int shard) {
-  return fmt::format("flexframe sweep {} --shard {}/{} --resume", sweep.folder.string(), shard, sweep.shards);
+  return fmt::format("flexframe sweep {} --shard {}/{} --resume", shell_word(sweep.folder.string()), shard, sweep.shards);
 }
 
 struct Range {
@@ -62,7 +63,7 @@ void print_shards(const sim::Sweep& sweep, const sim::Collected& all) {
   if (all.missing == 0) return;
   if (sweep.goal) {
     fmt::print("missing      {} of {} searches have not ended\n             go on with them here: flexframe collect {} --run-missing\n",
-               all.missing, sweep.design.searches(), sweep.folder.string());
+               all.missing, sweep.design.searches(), shell_word(sweep.folder.string()));
     return;
   }
   const std::map<int, long> lacking = lacking_shards(sweep, all.table);
@@ -73,7 +74,7 @@ void print_shards(const sim::Sweep& sweep, const sim::Collected& all) {
     fmt::print("             shard {}/{} lacks {}: {}\n", shard, sweep.shards, points, run_again(sweep, shard));
   }
   if (lacking.size() > most_told) fmt::print("             and {} more shards\n", lacking.size() - most_told);
-  fmt::print("             all of them here: flexframe collect {} --run-missing\n", sweep.folder.string());
+  fmt::print("             all of them here: flexframe collect {} --run-missing\n", shell_word(sweep.folder.string()));
 }
 
 const char* end_words(sim::SearchEnd end) {
@@ -124,9 +125,9 @@ void print_found(const sim::Sweep& sweep, const sim::SweepTable& table, const si
     for (std::size_t k = 0; k < values.size(); ++k) {
       const std::string& key = sweep.design.axes()[k].key;
       fmt::print("{:<12} {} = {:.6g}\n", k == 0 ? "at" : "", key, values[k].number);
-      settings += fmt::format(" --set {}={}", key, values[k].text);
+      settings += " --set " + shell_word(fmt::format("{}={}", key, values[k].text));
     }
-    for (const std::string& setting : sweep.design.fixed()) settings += " --set " + setting;
+    for (const std::string& setting : sweep.design.fixed()) settings += " --set " + shell_word(setting);
     if (!found.at_ends.empty())
       fmt::print("at an end    {}: it may be {} beyond\n", fmt::join(found.at_ends, ", "), sweep.goal->maximise ? "larger" : "smaller");
     for (const sim::SweepLimit& limit : sweep.goal->limits) {
@@ -134,7 +135,7 @@ void print_found(const sim::Sweep& sweep, const sim::SweepTable& table, const si
       fmt::print("limit        {}: {:.6g}{}\n", limit.text, table.responses(found.best, static_cast<Eigen::Index>(limit.response)),
                  active ? ", which holds it back" : "");
     }
-    fmt::print("to see it    flexframe run {}{}\n", sweep.question.scene.string(), settings);
+    fmt::print("to see it    flexframe run {}{}\n", shell_word(sweep.question.scene.string()), settings);
   }
   for (std::size_t k = 0; k < found.searches.size(); ++k) {
     const sim::FoundMinimum::Search& s = found.searches[k];

@@ -168,6 +168,14 @@ Response::Formula Response::read(const std::string& text, const Known& known, bo
         message = other.what();
       }
     }
+    // A name that is none is read as part of the expression, which it makes wrong.
+    const std::size_t equals = text.find('=');
+    if (equals != std::string::npos && equals > 0 && text.find_first_of("=<>!()") == equals && text.substr(equals + 1, 1) != "=")
+      throw InputError(fmt::format("the name {} before = must be of the letters a-z and A-Z, digits and _, and begin with no digit",
+                                   quote(text.substr(0, equals))));
+    // Names that stand for calls are not the user's.
+    for (std::size_t k = 0; k < out.reductions.size(); ++k)
+      if (const std::size_t at = message.find(names[k] + ", "); at != std::string::npos) message.erase(at, names[k].size() + 2);
     // Columns of the message count in what is read, which is not the user's text where calls were taken out of it.
     if (!out.reductions.empty() && message.starts_with("column ")) message = message.substr(message.find(": ") + 2);
     throw InputError(fmt::format("{}; a history becomes a number by {}; histories: {}", message, list_words(response_words()),

@@ -3,6 +3,7 @@ import csv
 import json
 import os
 import pathlib
+import shlex
 import signal
 import subprocess
 import time
@@ -128,6 +129,8 @@ def wrong_questions(folder):
         (["--set", "M=0.1:0.2:3", "--response", "final(angle)"], ["'M'", "no parameter"]),
         (["--set", "L=0.1:0.2:3", "--response", "final(angel)"], ["angel", "angle"]),
         (["--set", "L=0.1:0.2:3", "--response", "angle"], ["is a history"]),
+        (["--set", "L=0.1:0.2:3", "--response", "my name=final(angle)"], ["'my name'", "letters"]),
+        (["--set", "L=0.1:0.2:3", "--response", "a b + final(angle)"], ["unknown"]),
         (["--set", "L=0.1:0.2", "--response", "final(angle)"], ["--sample"]),
         (["--set", "L=0.1:0.2:3", "--response", "final(angle)", "--response", "final(angle)"], ["two of this name"]),
         (["--set", "L=0.1:0.2:3", "--response", "final(angle)", "--shard", "4/3"], ["I/N"]),
@@ -138,6 +141,7 @@ def wrong_questions(folder):
         done = run("sweep", scene, *words, "-o", folder / "wrong", code=2)
         for part in parts:
             expect(part in done.stderr, f"{part!r} is missing in: {done.stderr}")
+        expect("response__" not in done.stderr, f"a name of the program's own is told: {done.stderr}")
         expect(not (folder / "wrong").exists(), f"{words} left a folder")
     done = run("collect", folder, code=2)
     expect("sweep.toml" in done.stderr, f"collect of no sweep: {done.stderr}")
@@ -206,12 +210,13 @@ def shards_make_the_same_table(folder):
     scene = scene_in(folder)
     words = ["sweep", scene, "--set", "L=0.3:0.7:11", "--set", "start=0.1,0.2,0.3", "--response", "reach=range(tip.x)"]
     run(*words, "-o", folder / "one")
-    out = folder / "shards"
+    # The commands that are told can be pasted into a shell, whatever the folder is called.
+    out = folder / "drei Stücke & mehr"
     run(*words, "-o", out, "--shard", "2/3")
     report = json.loads(run("collect", out, "--json", code=1).stdout)
     expect(report["missing"] == 22 and len(report["run_again"]) == 2, f"two shards of three are missing: {report}")
     for command in report["run_again"]:
-        run(*command.split()[1:])
+        run(*shlex.split(command)[1:])
     run("collect", out)
     expect(without_cpu(table_of(out)) == without_cpu(table_of(folder / "one")), "three shards make another table")
     # Rows of another question, and a scene that was changed meanwhile, are refused.
