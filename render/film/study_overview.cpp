@@ -319,7 +319,7 @@ FlatDrawing plot(const StudyOverview& o, const std::vector<int>& shown) {
     const double percent = 100.0 * t / o.motion_pixels;
     d.words.push_back({{left + w + 8, at(x0, t).y + 5}, fmt::format("{:.2g} %", percent), 15, flat_grey, FlatAnchor::left});
   }
-  d.words.push_back({{left + w + 8, top - 5}, "of the motion", 13, flat_grey, FlatAnchor::left});
+  d.words.push_back({{d.width - 4.0, top - 5}, "of the motion", 13, flat_grey, FlatAnchor::right});
   d.strokes.push_back({{{left, edge}, {left + w, edge}}, 2.0, {0.20f, 0.58f, 0.30f}, 1.0f, 7.0});
   d.words.push_back({{left + w - 8, edge + 20}, "below half a pixel", 15, {0.16f, 0.48f, 0.25f}, FlatAnchor::right});
   if (o.reference_pixels > 0.0 && y.at(o.reference_pixels) > 0.0 && y.at(o.reference_pixels) < 1.0) {
@@ -436,7 +436,7 @@ void words_beside(render::Image& image, const StudyOverview& o) {
   if (o.recommended >= 0) {
     const OverviewPoint& p = o.points[static_cast<size_t>(o.recommended)];
     const bool kept = p.pixels + std::max(0.0, o.reference_pixels) <= half_pixel;
-    text.write(kept ? "Recommended" : "Nothing here keeps half a pixel; nearest", 19, red, render::Weight::bold);
+    text.write(kept ? "Recommended" : "No simulation here keeps half a pixel; nearest", 19, red, render::Weight::bold);
     text.y += 8.0;
     text.write(p.name, 23, flat_ink, render::Weight::bold);
     text.y += 6.0;
@@ -444,6 +444,12 @@ void words_beside(render::Image& image, const StudyOverview& o) {
     text.write(fmt::format("{} of CPU to simulate, {} for map and drawing of {} pictures", seconds_words(p.cpu_run),
                            seconds_words(p.cpu_pictures), o.pictures),
                18, flat_ink);
+    if (o.map_pixels > 0.1 * half_pixel) {
+      text.y += 6.0;
+      text.write(fmt::format("The map from the nodes of '{}' to its vertices takes {} more, in every setting", o.map_body,
+                             pixels_words(o.map_pixels)),
+                 18, o.map_pixels > half_pixel ? red : flat_ink);
+    }
     text.y += 14.0;
   }
   std::map<std::string, size_t> series;
@@ -529,11 +535,13 @@ void draw_figure(StudyOverview& o, const std::string& title, const Pictured& of,
                       render::fit_text(fmt::format("{}  {}", static_cast<char>('A' + k), p.name), 17, column, render::Weight::bold), 17,
                       best ? glm::vec3(0.80f, 0.15f, 0.10f) : flat_ink, render::Weight::bold);
     render::draw_text(o.figure, {double(x), top - 7.0},
-                      fmt::format("{} off, {}{}", pixels_words(p.pixels), seconds_words(p.cpu_run), best ? ", recommended" : ""), 15,
-                      flat_ink);
-    if (k == 0)
-      render::draw_text(o.figure, {x + 8.0, top + 2.0 * row + gap - 9.0}, "3 times: red is where the true picture is another", 13,
-                        flat_ink);
+                      fmt::format("{} off at most, {}{}", pixels_words(p.pixels), seconds_words(p.cpu_run), best ? ", recommended" : ""),
+                      15, flat_ink);
+    if (k > 0) continue;
+    const glm::dvec2 at{x + 8.0, top + 2.0 * row + gap - 9.0};
+    const std::string words = fmt::format("3 times, t = {:.3g} s: red is where the truth differs", picture_time(truth, moment));
+    render::draw_text_rim(o.figure, at, words, 13, glm::vec3(1.0f));
+    render::draw_text(o.figure, at, words, 13, flat_ink);
   }
 }
 
@@ -599,10 +607,16 @@ std::optional<StudyOverview> study_overview(const sim::Scene& given, const Overv
   if (untried > 0)
     out.left_out.push_back(fmt::format("{} further settings were left out: more than {:.0f} CPU s.", untried, options.seconds));
   find_front(out);
+  const MapErrors map = map_errors(truth, &reference->scene, pictures_compared);
+  out.map_pixels = map.largest.pixels;
+  out.map_body = map.largest.picture < 0 ? "" : reference->results->bodies[map.largest.body].name;
+  if (!map.unknown.empty()) out.left_out.push_back(fmt::format("What the map to '{}' takes is not known.", fmt::join(map.unknown, "', '")));
   const std::string name = scene.title.empty() ? scene.file.stem().string() : scene.title;
   const OverviewPoint& best = out.points[static_cast<size_t>(out.recommended)];
-  draw_figure(out, fmt::format("{}: right to {} for {} of simulation", name, pixels_words(best.pixels), seconds_words(best.cpu_run)),
-              {truth, made, settings, scene}, shown_points(out), renderer);
+  draw_figure(
+      out,
+      fmt::format("{}: right to {} for {} of simulation", name, pixels_words(best.pixels + out.map_pixels), seconds_words(best.cpu_run)),
+      {truth, made, settings, scene}, shown_points(out), renderer);
   return out;
 } catch (const sim::InputError& error) {
   why = error.what();

@@ -36,6 +36,8 @@ struct StudyOverview {
   int recommended = -1;           // index: the cheapest that is right to half a pixel, else the best
   double reference_pixels = 0.0;  // its estimated error
   std::string reference;          // what it is, in words
+  double map_pixels = 0.0;        // what the map from nodes to vertices takes besides, in every setting alike
+  std::string map_body;           // where
   int pictures = 0;
   double motion_pixels = 0.0;         // the largest way of a vertex
   std::vector<std::string> left_out;  // in words

@@ -39,13 +39,10 @@ std::string to_csv(const Study& s) {
 nlohmann::ordered_json optional_number(double v) { return v < 0.0 ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(v); }
 
 nlohmann::ordered_json overview_json(const StudyOverview& o) {
-  nlohmann::ordered_json out = {{"reference", o.reference},
-                                {"reference_pixels", optional_number(o.reference_pixels)},
-                                {"pictures", o.pictures},
-                                {"motion_pixels", o.motion_pixels},
-                                {"recommended", o.recommended},
-                                {"left_out", o.left_out},
-                                {"points", nlohmann::ordered_json::array()}};
+  nlohmann::ordered_json out = {{"reference", o.reference},         {"reference_pixels", optional_number(o.reference_pixels)},
+                                {"map_pixels", o.map_pixels},       {"pictures", o.pictures},
+                                {"motion_pixels", o.motion_pixels}, {"recommended", o.recommended},
+                                {"left_out", o.left_out},           {"points", nlohmann::ordered_json::array()}};
   for (const OverviewPoint& p : o.points)
     out["points"].push_back({{"name", p.name},
                              {"series", p.series},
