@@ -11,6 +11,7 @@ namespace flexframe::interp {
 // Asked in the thread that made it, between pieces of work; a second one hides the first as long as it lives. `ask` may throw.
 class Watch {
  public:
+  // From now on `ask` is asked.
   explicit Watch(std::function<void()> ask);
   ~Watch();
   Watch(const Watch&) = delete;

@@ -250,8 +250,9 @@ TEST(Friction, DlrEventsConverge) {
   for (const double tolerance : {1e-4, 1e-5, 1e-6, 1e-7, 1e-8}) {
     const double now = error(tolerance);
     EXPECT_LT(now, tolerance);
-    // Down to the digits of the reference: times are told to 1e-8 s, and the last digit may be one off.
-    EXPECT_LT(now, std::max(0.5 * before, 1.5e-8)) << tolerance;
+    // Down to the digits of the reference (times are told to 1e-8 s, and the last digit may be one off); what a loose run hits by luck,
+    // the next need not.
+    EXPECT_LT(now, std::max({0.5 * before, 0.1 * tolerance, 1.5e-8})) << tolerance;
     before = now;
   }
   // Its history while the slider slips, sticks and slips again; the slower it may creep, the nearer.
