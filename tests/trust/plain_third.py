@@ -17,7 +17,7 @@ def out(name, of, quantity, more):
     return output(name, of, quantity).rstrip() + "\n" + more + "\n\n"
 
 
-@case("a beam between two driven slides: pulled, sheared across, twisted by its supports; reactions and section forces")
+@case("a beam between a wall and a driven slide or hinge: pulled, sheared across, twisted, turned; reactions")
 def driven_ends():
     s, A, I = circle(0.02)
     L, T = 1.0, 4.0
@@ -61,7 +61,7 @@ def driven_ends():
         )
 
 
-@case("three bars on a turning hub: pull in each at its places, a payload beside it, angular speed that rises")
+@case("a rod with a payload on a turning hub: the pull at its places")
 def spun_rods():
     s, A, I = circle(0.02)
     L, hub, W, m = 0.8, 0.15, 40.0, 0.5
@@ -82,7 +82,7 @@ def spun_rods():
         )
 
 
-@case("poles with controllers in the loop: PID on a body and on a beam, a filter between, forces that read speeds, wind")
+@case("poles with controllers in the loop: PID, filter, a lag, a beam's tip fed back, forces that read speeds, flutter")
 def closed_loops():
     m, kp, ki, kd = 2.0, 300.0, 400.0, 30.0
     body = simulation(1.0, 100) + rigid("cart", m, (1,) * 3) + joint("j", "prismatic", "ground", "cart", "axis = [1, 0, 0]")
@@ -112,15 +112,6 @@ def closed_loops():
         "van der Pol",
         unstable=1,
         claim=1e-5,
-    )
-    W = 12.0
-    yield Modes(
-        body
-        + '[[force]]\nkind = "drag"\non = "cart"\nquadratic = 0.7\nwind = [12, 0, 0]\n\n'
-        + spring("cart", "ground.wall", 800.0, 0.0, 0.5).replace('"ground.wall"', '"ground.wall"')
-        + "[ground]\nframes = { wall = [-0.5, 0, 0] }\n",
-        (),
-        "drag in wind, no equilibrium there",
     )
     s, A, I = circle(0.02)
     k, c = 4000.0, 60.0
@@ -166,7 +157,7 @@ def closed_loops():
         )
 
 
-@case("poles of contacts and stops at rest, of bodies in ropes, gears with elastic shafts, a rack on a spring")
+@case("poles of a contact and a stop at rest, of a rope over pulleys, gears with elastic shafts")
 def small_couplings():
     m, k, g = 3.0, 1e7, 9.81
     d = (m * g / k) ** (2 / 3)
@@ -343,7 +334,7 @@ def held_modes(M, K, count):
     return squares[:count], V[:, :count]
 
 
-@case("a ball falls on the middle of a beam between two hinges (Hertz): both move; the beam's few modes by its own choice")
+@case("a ball falls on the middle of a beam between two hinges (Hertz): both move; all elements, more of them, few modes")
 def ball_on_beam():
     s, A, I = circle(0.02)
     L, m, k, g, high = 1.0, 0.05, 1e7, 9.81, 0.02
@@ -443,7 +434,7 @@ def guys_and_screws():
     )
 
 
-@case("a spatial four-bar of rigid bodies (RSSR) that runs freely, dry friction in its crank or rocker, whichever joint is cut")
+@case("a spatial four-bar of rigid bodies (RSSR) that runs freely, dry friction in its rocker, whichever joint is cut")
 def spatial_crank_rocker():
     r, R, l = 0.1, 0.3, 0.5
     start, rate, J1, J2, mr = 0.4, 12.0, 0.02, 0.05, 0.0
@@ -643,7 +634,7 @@ def hooks():
         )
 
 
-@case("tapered consoles: frequencies of a wedge and a cone cut off, whose width falls to a fifth; two with 30 volumes")
+@case("tapered consoles: frequencies of a wedge and a cone cut off, whose width falls to a fifth, of 30 volumes and more")
 def tapered_modes():
     for shape in ("rectangle", "circle"):
         L, a, b = 1.0, 0.05, 0.01
@@ -683,13 +674,13 @@ def tapered_modes():
             )
         w = np.sqrt(eigh(K[2:, 2:], M[2:, 2:], eigvals_only=True)[:2])
         sec = lambda D: f'shape = "rectangle", height = {D}, width = 0.02' if shape == "rectangle" else f'shape = "circle", diameter = {D}'
-        for words in ("", "volumes = 30\n"):
+        for words in ("volumes = 30\n", "volumes = 60\n"):
             yield Modes(
                 simulation(1.0, 100)
                 + beam("rod", L, "X", STEEL, words + 'effects = ["bending_xy"]').replace(
                     "section = X\n", f"sections = [{{ at = 0, {sec(a)} }}, {{ at = 1, {sec(b)} }}]\n"
                 )
                 + weld("wall", "ground", "rod"),
-                tuple(complex(0, x) for x in (w if words else w[:1])),
-                f"{shape}, {words.strip() or 'as it comes, the first'}",
+                tuple(complex(0, x) for x in w),
+                f"{shape}, {words.strip()}",
             )
