@@ -4,10 +4,10 @@ import math
 import numpy as np
 from plain_case import Modes, case
 from plain_effects import E, G, RHO, STEEL, circle, still
-from scene import Scene, beam, force, joint, output, rigid, simulation, spring, weld
+from scene import Scene, beam, force, joint, output, rigid, simulation, weld
 from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
-from scipy.optimize import brentq, fsolve
+from scipy.optimize import brentq
 from truths import Linear, beam_matrices, ode, piecewise, rod_matrices
 
 DOWN = "rotation = [0, 0, -1.5707963267948966]"
@@ -437,7 +437,7 @@ def guys_and_screws():
 @case("a spatial four-bar of rigid bodies (RSSR) that runs freely, dry friction in its rocker, whichever joint is cut")
 def spatial_crank_rocker():
     r, R, l = 0.1, 0.3, 0.5
-    start, rate, J1, J2, mr = 0.4, 12.0, 0.02, 0.05, 0.0
+    start, rate, J1, J2 = 0.4, 12.0, 0.02, 0.05
     base = np.array([0.35, 0.0, 0.25])  # of the rocker's hinge, whose axis is x
 
     crank = lambda a: np.array([r * np.cos(a), r * np.sin(a), 0 * a])
@@ -596,7 +596,7 @@ def overhung_rotor():
 def hooks():
     s, A, I = circle(0.01)
     for angle, R, across in ((math.pi / 2, 0.5, True), (math.pi, 0.3, True), (math.pi / 2, 0.5, False)):
-        g, w = 9.81, RHO * A * 9.81
+        w = RHO * A * 9.81
         phi, wts = np.polynomial.legendre.leggauss(80)
         phi, wts = (phi + 1) / 2 * angle, wts / 2 * angle
         P = lambda q: np.array([R * np.sin(q), R * (1 - np.cos(q))])
