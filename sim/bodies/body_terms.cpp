@@ -9,8 +9,10 @@ namespace {
 using Tensor = Eigen::Matrix<double, 1, 1>;  // about the normal of the plane
 
 // What differs between space and plane is how blocks lie in memory, and that sums are kept in the order in which they always were.
-void multiply(Space, const MatX& A, const VecX& x, VecX& out) { out.noalias() = A * x; }
-void multiply(Plane, const MatX& A, const VecX& x, VecX& out) { sim::multiply(A, x.data(), out.data()); }
+void multiply(const MatX& A, const VecX& x, VecX& out) {
+  out.resize(A.rows());
+  sim::multiply(A, x.data(), out.data());
+}
 void add_component(Mat6X& M, int a, const VecX& row) { M.row(a) += row.transpose(); }
 void add_component(MatX3& M, int a, const VecX& column) { M.col(a) += column; }
 
@@ -18,8 +20,8 @@ void add_component(MatX3& M, int a, const VecX& column) { M.col(a) += column; }
 void first_order(const FlexibleBody& body, const VecX& q, Mat6X& Mre, Vec3& md, Vec6& J) {
   Mre.topRows<3>() = body.md1;
   Mre.bottomRows<3>() = body.Cr0;
-  md.noalias() += body.md1 * q;
-  J.noalias() += body.J1 * q;
+  md += combine(body.md1, q);
+  J += combine(body.J1, q);
 }
 void first_order(const PlaneBody& body, const VecX& q, MatX3& Mre, Vec2& md, Tensor& J) {
   Mre.leftCols<2>() = body.md1;
@@ -54,14 +56,14 @@ Tensor tensor_weight(double w) { return Tensor(0.5 * w * w); }
 Vec3 times(const Vec6& J, const Vec3& w) { return full_tensor(J) * w; }
 double times(const Tensor& J, double w) { return J[0] * w; }
 
-Vec6 momentum(const Mat6X& Mre, const VecX& qd) { return Mre * qd; }
+Vec6 momentum(const Mat6X& Mre, const VecX& qd) { return combine(Mre, qd); }
 Vec3 momentum(const MatX3& Mre, const VecX& qd) { return {Mre.col(0).dot(qd), Mre.col(1).dot(qd), Mre.col(2).dot(qd)}; }
 
 // -Ct (v x w) - 1/2 w^T J1 w, and the rate of the tensor's first order.
 Vec6 centrifugal(const FlexibleBody& body, const Vec3& v, const Vec3& w, const Vec6& weight, const VecX& qd, BodyTerms& out) {
   out.ce.noalias() = -(out.Mre.topRows<3>().transpose() * v.cross(w));
   out.ce.noalias() -= body.J1.transpose() * weight;
-  return body.J1 * qd;
+  return combine(body.J1, qd);
 }
 Tensor centrifugal(const PlaneBody& body, const Vec2& v, double w, const Tensor& weight, const VecX& qd, PlaneTerms& out) {
   const Vec2 a = cross(v, w);
@@ -76,7 +78,9 @@ void add_gyroscopic(const FlexibleBody& body, int a, double w, const VecX& qd, B
   out.ce += w * (out.work - out.work2);
 }
 void add_gyroscopic(const PlaneBody& body, int, double w, const VecX& qd, PlaneTerms& out) {
-  if (body.Cr1_difference.size() > 0) out.ce.noalias() += w * (body.Cr1_difference * qd);
+  if (body.Cr1_difference.size() == 0) return;
+  multiply(body.Cr1_difference, qd, out.work2);
+  out.ce += w * out.work2;
 }
 
 template <class S, class Body>
@@ -95,18 +99,18 @@ void mass(const Body& body, const VecX& q, TermsIn<S>& out) {
     first_order(body, q, out.Mre, md, J);
     for (int a = 0; a < S::linear; ++a) {
       if (body.md2[a].size() == 0) continue;
-      multiply(S{}, body.md2[a], q, out.work);
+      multiply(body.md2[a], q, out.work);
       add_component(out.Mre, a, out.work);
       md[a] += 0.5 * q.dot(out.work);
     }
     for (int a = 0; a < S::angular; ++a) {
       if (body.Cr1[a].size() == 0) continue;
-      multiply(S{}, body.Cr1[a], q, out.work);
+      multiply(body.Cr1[a], q, out.work);
       add_component(out.Mre, S::linear + a, out.work);
     }
     for (int s = 0; s < S::tensor; ++s) {
       if (body.J2[s].size() == 0) continue;
-      multiply(S{}, body.J2[s], q, out.J2q[s]);
+      multiply(body.J2[s], q, out.J2q[s]);
       J[s] += 0.5 * q.dot(out.J2q[s]);
     }
   }
@@ -138,14 +142,14 @@ void velocity_terms(const Body& body, const typename S::Twist& V, const VecX& qd
   Eigen::Matrix<double, S::angular, 1> Crdot_qd = Eigen::Matrix<double, S::angular, 1>::Zero();
   for (int a = 0; a < S::angular; ++a) {
     if (body.Cr1[a].size() == 0) continue;
-    multiply(S{}, body.Cr1[a], qd, out.work);
+    multiply(body.Cr1[a], qd, out.work);
     Crdot_qd[a] = out.work.dot(qd);
     add_gyroscopic(body, a, component(w, a), qd, out);
   }
   typename S::Linear mddd = S::Linear::Zero();
   for (int a = 0; a < S::linear; ++a) {
     if (body.md2[a].size() == 0) continue;
-    multiply(S{}, body.md2[a], qd, out.work);
+    multiply(body.md2[a], qd, out.work);
     mddd[a] = out.work.dot(qd);
   }
   out.cr = joined(cross(w, p) + cross(w, mdd) + mddd,
@@ -155,7 +159,7 @@ void velocity_terms(const Body& body, const typename S::Twist& V, const VecX& qd
 template <class S, class Body>
 void structural_force(const Body& body, const VecX& q, const VecX& qd, VecX& out) {
   if (body.stiffness.size() > 0) out = body.stiffness.cwiseProduct(q);
-  else multiply(S{}, body.Ke, q, out);
+  else multiply(body.Ke, q, out);
   if (body.ksigma.size() > 0) out += body.ksigma;
   if (body.De.size() > 0) out.noalias() += body.De * qd;
 }

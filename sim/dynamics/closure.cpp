@@ -493,17 +493,22 @@ const std::vector<typename W::In::Inertia>& joint_twists(const Model& model, con
   return twists;
 }
 
-// project_wrench of a wrench F on a frame that is given about the base frame's origin in its axes.
+// project_wrench of a wrench F on a frame that is given about the base frame's origin in its axes, by joint_twists.
+template <class S>
+struct FromBase {
+  const std::vector<typename S::Inertia>* twists = nullptr;
+  bool elastic = false;
+};
 template <class W>
 void project_from_base(const Model& model, const W& work, int cluster, const std::type_identity_t<WrenchAt<W>>& load,
-                       const std::vector<typename W::In::Inertia>& twists, bool elastic, VecX& out) {
+                       const FromBase<typename W::In>& by, VecX& out) {
   const Cluster& c = model.clusters[cluster];
   int at = load.frame;
   for (int i = model.frames[at].part; i != ground && model.parts[i].cluster == cluster; i = model.parts[i].parent) {
     const Part& part = model.parts[i];
     const auto& p = work.parts[i];
-    for (int k = 0; k < part.joint.nv; ++k) out[part.v0 - c.v0 + k] += twists[i].col(k).dot(load.F);
-    if (elastic && part.body.n > 0) {
+    for (int k = 0; k < part.joint.nv; ++k) out[part.v0 - c.v0 + k] += (*by.twists)[i].col(k).dot(load.F);
+    if (by.elastic && part.body.n > 0) {
       const auto &f = work.frames[at], &o = work.frames[part.joint.outboard];
       double* const e = out.data() + (part.ev0 - c.v0);
       if (f.flexible) add_dots(f.B, wrench_to_child(compose(p.in_base, f.pose), load.F), e);
@@ -527,20 +532,20 @@ void factorise_closure(const Model& model, int cluster, W& work, bool all_column
     for (Eigen::Index k = 0; all_columns && k < ni; ++k) cw.Gi(row, k) = -cw.line[ind[k]];
   };
   cw.line.resize(model.clusters[cluster].nv);
-  const std::vector<typename W::In::Inertia>* twists = nullptr;
+  FromBase<typename W::In> by{nullptr, elastic};
   const LoopJoint* have = nullptr;
   typename W::In::Pose at_b;
   for_rows(
       model, work, {cluster, false},
       [&](int row, const LoopJoint& loop, const auto& closure, const auto& rel) {
-        if (!twists) twists = &joint_twists(model, work, cluster);
+        if (!by.twists) by.twists = &joint_twists(model, work, cluster);
         if (have != &loop) at_b = frame_in_base(model, work, cluster, loop.b);
         have = &loop;
         // What acts on b acts on a the other way.
         const Twist force = wrench_to_parent(at_b, unit_wrenches<W>(closure, rel).on_b);
         cw.line.setZero();
-        project_from_base(model, work, cluster, {loop.b, force}, *twists, elastic, cw.line);
-        project_from_base(model, work, cluster, {loop.a, -force}, *twists, elastic, cw.line);
+        project_from_base(model, work, cluster, {loop.b, force}, by, cw.line);
+        project_from_base(model, work, cluster, {loop.a, -force}, by, cw.line);
         take_line(row);
       },
       [&](int row, const CouplingRow& coupling) {

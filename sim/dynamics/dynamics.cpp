@@ -16,12 +16,19 @@
 namespace flexframe::sim {
 namespace {
 
-// Per part whether something hangs on it that adds to its elastic mass.
-using Carrying = std::vector<char>;
+// Per part whether something hangs on it that adds to its elastic mass, and whether any coordinate moves it (its own, its joint's or one
+// before: else it rests or follows prescribed motions, and nothing asks for what it carries).
+struct Carrying {
+  std::vector<char> elastic, moves;
+};
 void find_carrying(const Model& model, Carrying& out) {
-  out.assign(model.parts.size(), 0);
-  for (const Part& part : model.parts)
-    if (part.parent != ground && model.parts[part.parent].body.n > 0) out[part.parent] = 1;
+  out.elastic.assign(model.parts.size(), 0);
+  out.moves.assign(model.parts.size(), 0);
+  for (size_t i = 0; i < model.parts.size(); ++i) {
+    const Part& part = model.parts[i];
+    out.moves[i] = part.joint.nv + part.body.n > 0 || (part.parent != ground && out.moves[part.parent]);
+    if (part.parent != ground && model.parts[part.parent].body.n > 0) out.elastic[part.parent] = 1;
+  }
 }
 
 // Whether a cluster stands on ground: nothing asks what it weighs there, and gravity acts on its parts themselves instead of through its
@@ -53,7 +60,7 @@ void start_composites(const Model& model, const Carrying& carries, W& work) {
     if (body.n > 0) {
       elastic_force(elastic_body(model, work, i), p.q, p.qd, p.elastic);
       p.Mre = p.terms.Mre;
-      if (carries[at]) {
+      if (carries.elastic[at]) {
         const MatX& own = elastic_mass(body, p.terms);
         std::copy_n(own.data(), own.size(), p.Mee.data());
       }
@@ -131,12 +138,9 @@ void assemble_cluster(const Model& model, int cluster, const Carrying& carries, 
   base.Ibb.setZero();
   base.pb.setZero();
   const bool carried = !stands_on_ground(model, cluster);
-  // Per part whether a coordinate of the cluster, or what carries it, moves it.
-  static thread_local std::vector<char> moves;
-  moves.resize(model.parts.size());
+  const bool weighs = carried && carries.moves[c.parent];
   for (int i : c.parts) {
     const Part& part = model.parts[i];
-    moves[i] = part.joint.nv + part.body.n > 0 || (hangs_inside(model, i) ? moves[part.parent] != 0 : carried);
     PartMotion<S>& p = work.parts[i];
     const FrameMotion<S>& o = work.frames[part.joint.outboard];
     for (int k = 0; k < part.joint.nv; ++k) column(p.Hj, k) = to_parent(o.pose, p.joint.S.col(k));
@@ -146,10 +150,10 @@ void assemble_cluster(const Model& model, int cluster, const Carrying& carries, 
     const int i = c.parts[at];
     const Part& part = model.parts[i];
     PartMotion<S>& p = work.parts[i];
-    const MatX& Mee = carries[i] ? p.Mee : elastic_mass(kinetic_body(model, work, i), p.terms);
+    const MatX& Mee = carries.elastic[i] ? p.Mee : elastic_mass(kinetic_body(model, work, i), p.terms);
     own_block(part, c, work.frames[part.joint.outboard], Mee, p, cw);
     const int nj = part.joint.nv, n = part.body.n, jv = part.v0 - c.v0, columns = nj + n;
-    if (hangs_inside(model, i) ? !moves[part.parent] : !carried) continue;
+    if (!carried && !(hangs_inside(model, i) && carries.moves[part.parent])) continue;
 
     // Towards the base: this part's columns on its ancestors' coordinates, its composite on its parent.
     typename S::Columns& F = p.F;
@@ -164,7 +168,7 @@ void assemble_cluster(const Model& model, int cluster, const Carrying& carries, 
       PartMotion<S>& pw = work.parts[a];
       const FrameMotion<S>& f = work.frames[model.parts[child].joint.inboard];
       const int aj = pa.v0 - c.v0, ae = pa.ev0 - c.v0;
-      if (child == i) add_at_frame(f, IA, fA, pw);
+      if (child == i && carries.moves[a]) add_at_frame(f, IA, fA, pw);
       // Rows of M: this part's coordinates come after its ancestors'.
       if (f.flexible) set_outer(F, columns, f.B, cw.M, jv, ae);
       wrenches_to_parent(f.pose, F, columns);
@@ -180,7 +184,7 @@ void assemble_cluster(const Model& model, int cluster, const Carrying& carries, 
     const auto& in = entry_pose(model, work, cluster, entry_of(model, cluster, child));
     wrenches_to_parent(in, F, columns);
     place_columns(F, columns, base.Ib, jv);
-    if (child != i) continue;
+    if (child != i || !weighs) continue;
     base.Ibb += inertia_at_parent(in, IA);
     base.pb += wrench_to_parent(in, fA);
   }
@@ -407,9 +411,10 @@ bool is_link(const Model& model, int cluster, const ClusterWork& cw) {
   return part.body.n == 0 && part.joint.nv == 1;
 }
 
-// assemble_cluster, reduce_cluster and add_to_carrier of a link, in the axes of its part and of its carrier. False where it has no inertia.
+// assemble_cluster, reduce_cluster and, where it weighs on what carries it, add_to_carrier of a link, in the axes of its part and of its
+// carrier. False where it has no inertia.
 template <class W>
-bool reduce_link(const Model& model, int cluster, W& work) {
+bool reduce_link(const Model& model, int cluster, bool weighs, W& work) {
   using S = typename W::In;
   const Cluster& c = model.clusters[cluster];
   ClusterWork& cw = work.clusters[cluster];
@@ -431,6 +436,7 @@ bool reduce_link(const Model& model, int cluster, W& work) {
   PartMotion<S>& carrier = work.parts[c.parent];
   if (count(base.U) != 1) size_columns(base.U, 1);
   column(base.U, 0) = wrench_to_parent(in_base, F);
+  if (!weighs) return true;
   const typename S::Inertia IA = p.Mrr - F.lazyProduct((F / inertia).transpose());
   const typename S::Twist pA = p.fr + F * (force / inertia), A0 = falling(model, work, c.parent);
   if (f.flexible) {
@@ -478,10 +484,12 @@ void update_accelerations(const Model& model, W& work) {
   find_carrying(model, carries);
   start_composites(model, carries, work);
   for (int k = static_cast<int>(model.clusters.size()); k-- > 0;) {
-    if (is_link(model, k, work.clusters[k]) && reduce_link(model, k, work)) continue;
+    const int carrier = model.clusters[k].parent;
+    const bool weighs = carrier != ground && carries.moves[carrier];
+    if (is_link(model, k, work.clusters[k]) && reduce_link(model, k, weighs, work)) continue;
     assemble_cluster(model, k, carries, work);
     reduce_cluster(model, k, work);
-    if (model.clusters[k].parent != ground) add_to_carrier(model, k, work);
+    if (weighs) add_to_carrier(model, k, work);
   }
   for (int k = 0; k < static_cast<int>(model.clusters.size()); ++k) {
     update_base_acceleration(model, k, work);
