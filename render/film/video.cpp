@@ -17,6 +17,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <deque>
 #include <mutex>
 #include <optional>
@@ -84,15 +85,16 @@ struct VideoWriter::Impl {
   std::condition_variable changed;
   std::deque<std::filesystem::path> queue;
   bool ended = false, done = false;
-  std::string complaint;  // of ffmpeg or about the pictures, once done
-  bool broken = false;    // a picture could not be read, once done
+  std::string complaint;     // of ffmpeg or about the pictures, once done
+  bool broken = false;       // a picture could not be read, once done
+  double fed_seconds = 0.0;  // CPU of the thread, once done
   std::thread thread;
   int width = 0, height = 0;  // px, of the first picture of a raw stream
 
   bool is_gif() const { return ending_of(path) == ".gif"; }
   // Pictures go over unpacked: to have ffmpeg read PNG files and turn them into luma and colours takes longer than to encode them.
   bool raw() const { return ending_of(path) == ".mp4"; }
-  std::vector<std::uint8_t> bytes_of(const std::filesystem::path& picture);  // as ffmpeg gets them
+  std::vector<std::uint8_t> bytes_of(const std::filesystem::path& picture);     // as ffmpeg gets them
   std::vector<std::string> words(const std::string& program, Pass pass) const;  // of ffmpeg's command
   void start(Pass pass);
   void feed();
@@ -195,8 +197,8 @@ std::vector<std::uint8_t> VideoWriter::Impl::bytes_of(const std::filesystem::pat
     head = render::video_stream_head(width, height, frame_rate);
   }
   if (image.width != width || image.height != height)
-    throw FileError(fmt::format("{} has {} x {} pixels, the pictures before {} x {}", picture.string(), image.width, image.height, width,
-                                height));
+    throw FileError(
+        fmt::format("{} has {} x {} pixels, the pictures before {} x {}", picture.string(), image.width, image.height, width, height));
   std::vector<std::uint8_t> bytes(head.begin(), head.end());
   render::append_video_frame(image, bytes);
   return bytes;
@@ -257,7 +259,10 @@ void VideoWriter::Impl::feed() {
     }
   }
   close_end(input);
+  timespec spent{};
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &spent);
   const std::lock_guard lock(mutex);
+  fed_seconds = static_cast<double>(spent.tv_sec) + 1e-9 * static_cast<double>(spent.tv_nsec);
   complaint = said;
   broken = unread;
   done = true;
@@ -288,7 +293,7 @@ bool VideoWriter::Impl::wait_for_end(const std::function<void()>& wait, VideoRep
   pid = -1;
   close_end(complaints);
   const auto seconds = [](const timeval& t) { return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec); };
-  report.cpu_seconds += seconds(usage.ru_utime) + seconds(usage.ru_stime);
+  report.cpu_seconds += seconds(usage.ru_utime) + seconds(usage.ru_stime) + fed_seconds;
   // ffmpeg ends well on whatever it was given; without all the pictures it is no video of them.
   if (!broken && WIFEXITED(status) && WEXITSTATUS(status) == 0) return true;
   if (const std::size_t line = complaint.find('\n'); line != std::string::npos) complaint.resize(line);

@@ -19,7 +19,7 @@ namespace flexframe::film {
 struct VideoReport {
   bool made = false;
   std::string note;          // why there is none
-  double cpu_seconds = 0.0;  // of ffmpeg
+  double cpu_seconds = 0.0;  // of ffmpeg, and of what unpacks pictures for it
 };
 
 // Endings of the files that can be made, capitals or not: H.264, GIF, animated PNG (the last two).

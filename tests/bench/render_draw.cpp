@@ -1,5 +1,6 @@
 // Prints CPU milliseconds a picture of each stage for meshes of 5k, 100k and 1M triangles at 1280 x 720, 2 x 2 samples:
-// a waving tube, deformed anew for every picture, with normals and colours by displacement; plain and full look.
+// a waving tube, deformed anew for every picture, with normals and colours by displacement; plain and full look
+// (shadows, occlusion, floor, words, light of the studio).
 // Usage: bench_render [pictures = 60] [osmesa|egl] [plain|full|both] [triangles ...]
 // Each stage is its median over the pictures: what else runs on the machine spoils some of them.
 #include "render/draw/renderer.h"
@@ -54,6 +55,8 @@ int main(int argc, char** argv) {
       s.triangles = tube.triangles;
       s.two_sided = false;
       p.look = full ? Look{} : plain_look();
+      // As the command draws by itself: light of the studio, colours lightened for it.
+      p.lighting.studio = p.scalar_map.lightened = full;
       p.bounds.add(glm::dvec3(-0.1, -0.3, -0.1));
       p.bounds.add(glm::dvec3(2.1, 0.3, 0.1));
       std::vector<glm::dvec3> corners;
