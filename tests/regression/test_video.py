@@ -119,7 +119,7 @@ def browser(folder):
     if found:
         shades, vivid, red, green, blue = int(found[1]), int(found[2]), *map(float, found.groups()[2:])
         print(f"Chromium: {shades} shades, {vivid} of them vivid, at most {red}, {green}, {blue} levels off")
-        # Of a film of 220 levels Chromium without a graphics card shows blue up to 10 levels off; one of the wrong matrix is 15 of green off.
+        # Of a film of 220 levels Chromium without a graphics card shows blue up to 10 levels off; of one of the wrong matrix green 15.
         right = max(red, green, blue) <= 3
         expect(shades >= 3 and vivid >= 2 and right, f"Chromium shows other colours: {found[0]}")
 
