@@ -241,9 +241,19 @@ void finish_mesh(Polygons polygons, const MeshOptions& options, Mesh& mesh, cons
 
 namespace {
 
+// Assimp looks for ever for the end of a PLY header that a cut file lacks.
+void require_ply_header(const std::string& file, std::string_view text) {
+  const size_t end = text.find("end_header");
+  if (!text.starts_with("ply") || end == std::string_view::npos || text.find_first_of("\r\n", end) == std::string_view::npos)
+    throw MeshError(fmt::format("{}: is no whole PLY file: its header must begin with 'ply' and end with a line 'end_header'", file));
+}
+
 Mesh read_other(const fs::path& path, const MeshOptions& options) {
   const std::string file = path.string();
-  read_text(path);
+  const std::string text = read_text(path);
+  std::string ending = path.extension().string();
+  for (char& c : ending) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  if (ending == ".ply") require_ply_header(file, text);
   Assimp::Importer importer;
   const aiScene* scene = importer.ReadFile(file, 0);
   if (scene == nullptr || scene->mRootNode == nullptr) throw MeshError(fmt::format("{}: {}", file, importer.GetErrorString()));

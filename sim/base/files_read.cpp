@@ -3,6 +3,7 @@
 #include "sim/base/file_output.h"
 
 #include <algorithm>
+#include <istream>
 
 namespace flexframe::sim {
 namespace {
@@ -22,6 +23,17 @@ void note_file_read(const std::filesystem::path& path) {
   for (FilesRead* each = innermost; each; each = each->outer_) {
     const bool there = std::any_of(each->files_.begin(), each->files_.end(), [&](const FilesRead::File& f) { return f.path == whole; });
     if (!there) each->files_.push_back({whole, hash});
+  }
+}
+
+void skip_byte_order_mark(std::istream& in) {
+  for (const int byte : {0xEF, 0xBB, 0xBF}) {
+    if (in.peek() != byte) {
+      in.clear();
+      in.seekg(0);
+      return;
+    }
+    in.get();
   }
 }
 

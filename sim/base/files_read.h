@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <iosfwd>
 #include <string>
 #include <vector>
 
@@ -28,5 +29,8 @@ class FilesRead {
 
 // Every reader of models calls it for every file that it opens. Costs nothing where nobody asks.
 void note_file_read(const std::filesystem::path& path);
+
+// Passes over the mark of UTF-8 (EF BB BF) that some editors put before a text, and that would make its first word another.
+void skip_byte_order_mark(std::istream& in);
 
 }  // namespace flexframe::sim

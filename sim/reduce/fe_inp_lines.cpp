@@ -90,6 +90,7 @@ void InpLines::read_file(const std::filesystem::path& path, int depth) {
   }
   files.push_back(path.string());
   note_file_read(path);
+  skip_byte_order_mark(in);
   const InpPlace outer = std::exchange(at, {static_cast<int>(files.size()) - 1, 0});
   std::string line;
   bool keywords = false;

@@ -90,6 +90,7 @@ class Reader {
     std::ifstream in(path, std::ios::binary);
     if (!in || std::filesystem::is_directory(path, error)) throw InputError(fmt::format("{}: cannot be opened", path.string()));
     note_file_read(path);
+    skip_byte_order_mark(in);
     data.assign(std::istreambuf_iterator<char>(in), {});
   }
 

@@ -48,6 +48,7 @@ class CardReader {
     const int file = static_cast<int>(deck.files.size());
     deck.files.push_back(path.string());
     note_file_read(path);
+    skip_byte_order_mark(in);
     std::string raw;
     for (int number = 1; std::getline(in, raw) && !ended; ++number) {
       std::string line = expanded(raw.substr(0, raw.find('$')));

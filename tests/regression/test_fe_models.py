@@ -237,6 +237,11 @@ with temporary_folder() as name:
         "2 unconnected parts",
     )
     refused("nodes of no element kept", "bad.inp", nodes + "9999, 5, 5, 5\n" + elements + sets + two, "node 9999", "--node", 9999)
+    # The mark of UTF-8 before the first word changes nothing: without *NODE there would be no node.
+    put("marked.inp", "\ufeff" + nodes + elements + sets + two)
+    put("plain.inp", nodes + elements + sets + two)
+    marked, plain = (reduce(folder / f"{name}.inp", "--modes", 2) for name in ("marked", "plain"))
+    expect(marked["frequencies"] == plain["frequencies"], f"a marked deck: {marked}")
     refused("an empty file", "bad.inp", "", "is no deck")
     refused("an empty mesh", "bad.msh", "", "MeshFormat")
     refused("an empty matrix", "bad.mtx", "", "bad.mtx", "--mass", folder / "M.mtx", "--node-table", folder / "nodes.txt")

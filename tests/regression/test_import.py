@@ -38,6 +38,23 @@ def by_names(folder):
         write_table(folder / "other.txt", plain, separator, number, head="# made by a test\n\n")
         run("import", folder / "other.txt", "-o", folder / "other.h5")
         check_body(folder / "other.h5", "two", places, turns, f"separator {separator!r}", 1e-9)
+    # What spreadsheets save: the mark of UTF-8, UTF-16 either way round, Windows' and old line ends.
+    text = (folder / "names.csv").read_text()
+    for what, content in (
+        ("mark of UTF-8", b"\xef\xbb\xbf" + text.encode()),
+        ("UTF-16, small end first", b"\xff\xfe" + text.encode("utf-16-le")),
+        ("UTF-16, big end first", b"\xfe\xff" + text.encode("utf-16-be")),
+        ("Windows", text.replace("\n", "\r\n").encode()),
+        ("carriage returns", text.replace("\n", "\r").encode()),
+    ):
+        (folder / "saved.csv").write_bytes(content)
+        run("import", folder / "saved.csv", "-o", folder / "saved.h5")
+        check_body(folder / "saved.h5", "two", places, turns, what, 1e-12)
+    # Names of robots' frames.
+    (folder / "slash.csv").write_text(text.replace("two.", "arm/two."))
+    done = run("import", folder / "slash.csv", "-o", folder / "slash.h5")
+    expect("'arm/two' is called 'arm.two'" in done.stdout, done.stdout)
+    check_body(folder / "slash.h5", "arm.two", places, turns, "a name with a slash", 1e-12)
 
 
 def conventions(folder):
@@ -145,6 +162,11 @@ def wrong_tables(folder):
     refused(["w.csv:3", "'a.z'", "'many'"], text="t,a.x,a.y,a.z\n0,1,2,3\n1,1,2,many\n")
     refused(["not finite", "'a.x'"], text="t,a.x,a.y,a.z\n0,1,2,3\n1,nan,2,3\n")
     refused(["no row of numbers"], text="t,a.x\n")
+    head = "t,a.x,a.y,a.z,a.qw,a.qx,a.qy,a.qz\n"
+    refused(["w.csv:2", "'NA' is no number"], text=head + "0,NA,1,2,1,0,0,0\n1,1,2,3,1,0,0,0\n")
+    refused(["two columns are named 'a.x'"], text="t,a.x,a.y,a.z,a.x\n0,1,2,3,4\n1,1,2,3,4\n")
+    refused(["'a.qy'", "'a.qz' is missing"], text="t,a.x,a.y,a.z,a.qw,a.qx,a.qy\n0,1,2,3,1,0,0\n1,1,2,3,1,0,0\n")
+    refused(["w.csv:1", "decimal commas", "semicolons"], text="t,a.x,a.y,a.z\n0,0,1,5,2,5,3,5\n1,0,1,5,2,5,3,5\n")
     refused(["no body is found", "NAME.x"], text="t,a,b\n0,1,2\n1,1,2\n")
     refused(["no column is named t"], text="x,a.x,a.y,a.z\n0,1,2,3\n1,1,2,3\n")
     position = 'position = ["a.x", "a.y", "a.z"]\n'

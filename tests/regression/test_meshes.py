@@ -197,6 +197,7 @@ with temporary_folder() as name:
     refused("a picture", "bad.obj", b"\x89PNG\r\n\x1a\n" + bytes(range(256)), "no vertices")
     refused("STL that ends early", "bad.stl", b"x".ljust(80) + struct.pack("<I", 1000000) + b"abc", "bad.stl")
     refused("PLY that ends early", "bad.ply", head + "0 0 0\n", "bad.ply")
+    refused("PLY that ends in its header", "bad.ply", head[: len(head) // 2], "end_header")
     refused("glTF without its buffer", "bad.gltf", json.dumps({**gltf, "buffers": [{"byteLength": 99, "uri": "gone.bin"}]}), "bad.gltf")
     refused("an unknown format", "bad.xyzzy", "a letter to a friend\n", "bad.xyzzy")
 
