@@ -8,10 +8,10 @@
 
 namespace flexframe::interp {
 
-// Asked in the thread that made it, between pieces of work; a second one hides the first as long as it lives. `ask` may throw.
+// Asked in the thread that made it, between pieces of work; a second one hides the first as long as it lives.
 class Watch {
  public:
-  // From now on `ask` is asked.
+  // ask: called often, at times a million times a second; may throw whatever shall end the call.
   explicit Watch(std::function<void()> ask);
   ~Watch();
   Watch(const Watch&) = delete;
