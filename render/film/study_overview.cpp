@@ -480,16 +480,6 @@ struct Pictured {
   const sim::Scene& scene;
 };
 
-// The scene alone, without words and diagrams, at the true film's camera.
-void strip(const Animation& truth, int moment, PictureMemory& memory) {
-  memory.picture.overlay = {};
-  memory.picture.overlay.grid_note = false;
-  memory.picture.insets.clear();
-  memory.picture.views.clear();
-  aim_camera(truth, moment, truth.camera, memory.picture);
-  memory.picture.views.clear();
-}
-
 void draw_figure(StudyOverview& o, const std::string& title, const Pictured& of, const std::vector<int>& shown,
                  render::Renderer& renderer) {
   const Animation& truth = of.truth;
@@ -507,7 +497,7 @@ void draw_figure(StudyOverview& o, const std::string& title, const Pictured& of,
   PictureMemory memory;
   const auto draw = [&](const Animation& animation) {
     update_picture(animation, moment, memory);
-    strip(truth, moment, memory);
+    aim_camera(truth, moment, truth.camera, memory.picture);
     return renderer.draw(memory.picture);
   };
   const render::Image right = draw(truth);
@@ -515,6 +505,9 @@ void draw_figure(StudyOverview& o, const std::string& title, const Pictured& of,
   const render::Layout layout = render::make_layout(memory.picture);
   render::project(render::make_view(memory.picture.camera, layout.scene, truth.bounds), first.world, middle);
   const int top = 66 + plot_height + caption;
+  const bool kept =
+      o.recommended >= 0 && o.points[static_cast<size_t>(o.recommended)].pixels + std::max(0.0, o.reference_pixels) <= half_pixel;
+  const char* const mark = kept ? ", recommended" : ", nearest";
   for (size_t k = 0; k < shown.size(); ++k) {
     const OverviewPoint& p = o.points[static_cast<size_t>(shown[k])];
     const int x = margin + static_cast<int>(k) * (column + gap);
@@ -535,8 +528,8 @@ void draw_figure(StudyOverview& o, const std::string& title, const Pictured& of,
                       render::fit_text(fmt::format("{}  {}", static_cast<char>('A' + k), p.name), 17, column, render::Weight::bold), 17,
                       best ? glm::vec3(0.80f, 0.15f, 0.10f) : flat_ink, render::Weight::bold);
     render::draw_text(o.figure, {double(x), top - 7.0},
-                      fmt::format("{} off at most, {}{}", pixels_words(p.pixels), seconds_words(p.cpu_run), best ? ", recommended" : ""),
-                      15, flat_ink);
+                      fmt::format("{} off at most, {}{}", pixels_words(p.pixels), seconds_words(p.cpu_run), best ? mark : ""), 15,
+                      flat_ink);
     if (k > 0) continue;
     const glm::dvec2 at{x + 8.0, top + 2.0 * row + gap - 9.0};
     const std::string words = fmt::format("3 times, t = {:.3g} s: red is where the truth differs", picture_time(truth, moment));

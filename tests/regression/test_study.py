@@ -43,6 +43,7 @@ with temporary_folder() as folder:
         "study.md",
         "front.svg",
         "front.png",
+        "overview.png",
         "tolerance.svg",
         "tolerance.png",
         "elements.svg",
@@ -52,6 +53,16 @@ with temporary_folder() as folder:
     expect(text.count("\n") > 5 and "1e-05" in text, f"no recommendation: {text}")
     study = json.loads((out / "study.json").read_text())
     points = [p for p in study["points"] if p["axis"] == "tolerance"]
+    # The figure's points: errors in pixels fall with the tolerance, the recommended one keeps half a pixel, drawing counts.
+    figure = study["pictures_against_time"]
+    pixels = {(p["series"].split(",")[-1], p["tolerance"]): p["pixels"] for p in figure["points"]}
+    expect(len(figure["points"]) > 5 and figure["pictures"] > 1, f"the figure has few points: {figure}")
+    expect(all(pixels[s, t] <= 1.1 * pixels[s, 1e-3] + 0.01 for s, t in pixels if (s, 1e-3) in pixels), f"errors grow: {pixels}")
+    best = figure["points"][figure["recommended"]]
+    expect(best["pixels"] + figure["reference_pixels"] <= 0.5, f"recommended is {best}, the truth is off by {figure['reference_pixels']}")
+    cheaper = [p for p in figure["points"] if p["cpu_simulation"] < best["cpu_simulation"]]
+    expect(all(p["pixels"] + figure["reference_pixels"] > 0.5 for p in cheaper), "a cheaper point keeps half a pixel")
+    expect(all(p["cpu_pictures"] > 0 for p in figure["points"]), "drawing costs nothing?")
     errors = {p["tolerance"]: p["error"] for p in points}
     expect(errors[1e-2] > errors[1e-4] > errors[1e-6], f"errors do not fall with the tolerance: {errors}")
     expect(all(len(p["repeats"]) == 2 and p["cpu_seconds"] > 0 for p in points), "repeats are missing")
@@ -79,7 +90,7 @@ with temporary_folder() as folder:
     expect([p["repeats"] for p in again["points"]] == [p["repeats"] for p in study["points"]], "a resumed study measures again")
 
     # The page has the report's numbers and diagrams, and fetches nothing.
-    page = (out / "study.html").read_text()
+    page = re.sub(r'src="data:image/png;base64,[^"]*"', "", (out / "study.html").read_text(), count=1)
     expect(page.count("<svg") == 3 == page.count("</svg>"), "the page of two axes lacks diagrams")
     cells = re.findall(r"<td>([^<]*)</td>", page)
     for p in points:
