@@ -68,7 +68,7 @@ struct Lines {
     return false;
   }
   [[noreturn]] void fail(const std::string& message, int at = 0) const {
-    throw InputError(fmt::format("{}:{}: {}", name, at ? at : number, message));
+    throw InputError(fmt::format("{}:{}: {}", name, at ? at : std::max(number, 1), message));
   }
   void need(const std::string& what) {
     if (!next()) fail(fmt::format("the file ends where {} is expected: it is cut short", what));
