@@ -13,7 +13,8 @@ for name in "${@:-pendulum slider_crank dlr_slider_crank spin_up engine}"; do
     axes=tolerance,elements,kept,modes,volumes,model,stiffening,method
     [[ $one == dlr_slider_crank || $one == spin_up ]] && axes=tolerance,modes,stiffening,method
     [[ $one == engine ]] && axes=tolerance,method
-    build/clang/flexframe study "$scene" -o "$work/$one" --axes "$axes" --longest 3 --seconds 900 --reference-seconds 30 --repeats 2 --resume
+    build/clang/flexframe study "$scene" -o "$work/$one" --axes "$axes" --longest 3 \
+      --seconds 900 --reference-seconds 30 --repeats 2 --resume
     mkdir -p "$here/$one"
     cp "$work/$one"/study.md "$work/$one"/study.csv "$work/$one"/*.svg "$here/$one/"
   done

@@ -606,10 +606,10 @@ std::optional<StudyOverview> study_overview(const sim::Scene& given, const Overv
   if (!map.unknown.empty()) out.left_out.push_back(fmt::format("What the map to '{}' takes is not known.", fmt::join(map.unknown, "', '")));
   const std::string name = scene.title.empty() ? scene.file.stem().string() : scene.title;
   const OverviewPoint& best = out.points[static_cast<size_t>(out.recommended)];
-  draw_figure(
-      out,
-      fmt::format("{}: right to {} for {} of simulation", name, pixels_words(best.pixels + out.map_pixels), seconds_words(best.cpu_run)),
-      {truth, made, settings, scene}, shown_points(out), renderer);
+  draw_figure(out,
+              fmt::format("{}: right to {} for {} of simulation", name,
+                          pixels_words(best.pixels + out.map_pixels + std::max(0.0, out.reference_pixels)), seconds_words(best.cpu_run)),
+              {truth, made, settings, scene}, shown_points(out), renderer);
   return out;
 } catch (const sim::InputError& error) {
   why = error.what();
