@@ -58,7 +58,8 @@ picture 04_conrod "$here/../engine.toml" 95 \
 picture 05_strip "$here/../beams/strip.toml" 40 $'color_by = "displacement"\nscales = [1]\ncamera = { window = [0.39, 0.41] }\n'\
 $'insets = [{ at = "strip.tip", zoom = 8, corner = "upper right", label = "tip" }]'
 picture 06_blade "$here/../beams/blade.toml" 25 $'color_by = "displacement"\nscales = [1, 10]\n'\
-$'color_range = { window = [3.7, 3.77], percentile = 100 }\ncamera = { window = [3.7, 3.77], direction = [-1, 0.25, -0.35], up = [0, 0, 1] }' z
+$'color_range = { window = [3.7, 3.77], percentile = 100 }\n'\
+$'camera = { window = [3.7, 3.77], direction = [-1, 0.25, -0.35], up = [0, 0, 1] }' z
 picture 07_buckling "$here/../beams/buckling.toml" 99 \
   $'color_by = "displacement"\nscales = [1]\ncolormap = "cividis"\nextremes = true\n'\
 $'camera = { direction = [0.25, -0.16, -1], window = [9.8, 9.9] }\noverlay = { plot = ["middle.y"] }'

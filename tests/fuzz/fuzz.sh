@@ -30,18 +30,25 @@ case $name in
   fe) sources=(sim/reduce/fe_{inp,nastran}*.cpp sim/reduce/fe_{msh,model}.cpp) longest=2048 ;;
   results) sources=(sim/base/hdf5_reader.cpp sim/results/results_file_read.cpp) longest=20000 ;;
   csv) sources=(render/film/deform.cpp) longest=512 ;;
-  import) sources=(render/import/*.cpp sim/scene/toml_input.cpp) longest=4096 seeds=(tests/regression/data/import/{solids.frd,grid_ascii.vtu}) ;;
+  import)
+    sources=(render/import/*.cpp sim/scene/toml_input.cpp) longest=4096
+    seeds=(tests/regression/data/import/{solids.frd,grid_ascii.vtu}) ;;
   body) sources=(sim/base/hdf5_reader.cpp sim/bodies/body_file*.cpp) longest=40000 ;;
-  map) sources=(interp/{map,graph,patch,partition,axis,skeleton,curve,spline,elastic,green,lift,faces,surface,rotation,trial}.cpp) longest=2048 ;;
+  map)
+    sources=(interp/{map,graph,patch,partition,axis,skeleton,curve,spline,elastic,green,lift,faces,surface,rotation,trial}.cpp)
+    longest=2048 ;;
   png) sources=(render/image/png.cpp render/image/image.cpp) longest=512 ;;
   *) echo "no fuzz target '$name'; there is: ${readers[*]} all" >&2; exit 2 ;;
 esac
 built=build/release  # or where only the preset clang is built
 [[ -f $built/sim/libflexframe_sim.a ]] || built=build/clang
 release=($built/{render/film/libflexframe_film.a,render/libflexframe_render.a,interp/libflexframe_interp.a,sim/libflexframe_sim.a})
-for library in "${release[@]}"; do [[ -f $library ]] || { echo "$library is missing: build the preset release or clang first" >&2; exit 2; }; done
+for library in "${release[@]}"; do
+  [[ -f $library ]] || { echo "$library is missing: build the preset release or clang first" >&2; exit 2; }
+done
 [[ $name != import ]] || release+=("$built/render/import/libflexframe_import.a")
-libraries=(-lmatio -lnetcdf -lzip -lpugixml -lxxhash -L/usr/lib/x86_64-linux-gnu/hdf5/serial -lhdf5 -ltomlplusplus -lassimp -ldeflate -lfmt -lpthread -ldl)
+libraries=(-lmatio -lnetcdf -lzip -lpugixml -lxxhash -L/usr/lib/x86_64-linux-gnu/hdf5/serial -lhdf5 -ltomlplusplus -lassimp -ldeflate -lfmt
+  -lpthread -ldl)
 cache=()
 command -v ccache >/dev/null && cache=(ccache)
 

@@ -459,7 +459,7 @@ TEST(Sid, ColumnsAreNotSymmetric) {
 TEST(Sid, ErrorsNameLineAndReason) {
   const std::string good = write_sid_text(from_flexible_body(random_body(2, false), "x"));
   EXPECT_EQ(message(good), "accepted");
-  EXPECT_NE(message("").find("f.sid:0: the file ends"), std::string::npos) << message("");
+  EXPECT_NE(message("").find("f.sid:1: the file ends"), std::string::npos) << message("");
   EXPECT_NE(message("solid cube").find("f.sid:1: no SID file"), std::string::npos);
   EXPECT_NE(message(good.substr(0, good.size() / 2)).find("cut short"), std::string::npos);
   EXPECT_NE(message(replaced(good, "m0(  1,  1)            =", "m0(  7,  1)            =")).find("outside of block"), std::string::npos);
