@@ -634,7 +634,7 @@ def hooks():
         )
 
 
-@case("tapered consoles: frequencies of a wedge and a cone cut off, whose width falls to a fifth, of 30 volumes and more")
+@case("tapered consoles: frequencies of a wedge and a cone cut off, whose width falls to a fifth")
 def tapered_modes():
     for shape in ("rectangle", "circle"):
         L, a, b = 1.0, 0.05, 0.01
@@ -674,7 +674,7 @@ def tapered_modes():
             )
         w = np.sqrt(eigh(K[2:, 2:], M[2:, 2:], eigvals_only=True)[:2])
         sec = lambda D: f'shape = "rectangle", height = {D}, width = 0.02' if shape == "rectangle" else f'shape = "circle", diameter = {D}'
-        for words in ("volumes = 30\n", "volumes = 60\n"):
+        for words in ("", "volumes = 60\n"):
             yield Modes(
                 simulation(1.0, 100)
                 + beam("rod", L, "X", STEEL, words + 'effects = ["bending_xy"]').replace(
@@ -682,5 +682,5 @@ def tapered_modes():
                 )
                 + weld("wall", "ground", "rod"),
                 tuple(complex(0, x) for x in w),
-                f"{shape}, {words.strip()}",
+                f"{shape}, {words.strip() or 'as many volumes as there are by default'}",
             )
