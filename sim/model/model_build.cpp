@@ -64,14 +64,13 @@ int add_frame(Model& model, const Scene& scene, const FrameRef& ref, const std::
   FramePoint f;
   f.name = ref.frame.empty() ? ref.body : ref.body + "." + ref.frame;
   if (ref.body != "ground") {
-    int body = -1;
-    std::vector<std::string> names{"ground"};
-    for (size_t i = 0; i < scene.bodies.size(); ++i) {
-      names.push_back(scene.bodies[i].name);
-      if (scene.bodies[i].name == ref.body) body = static_cast<int>(i);
+    const auto body = std::find_if(scene.bodies.begin(), scene.bodies.end(), [&](const BodyDef& b) { return b.name == ref.body; });
+    if (body == scene.bodies.end()) {
+      std::vector<std::string> names{"ground"};
+      for (const BodyDef& b : scene.bodies) names.push_back(b.name);
+      throw InputError(fmt::format("{}: '{}' is no body{}", where, ref.body, did_you_mean(ref.body, names)));
     }
-    if (body < 0) throw InputError(fmt::format("{}: '{}' is no body{}", where, ref.body, did_you_mean(ref.body, names)));
-    f = find_frame(model, scene, body, ref.frame, where);
+    f = find_frame(model, scene, static_cast<int>(body - scene.bodies.begin()), ref.frame, where);
   } else if (!ref.frame.empty()) {
     const auto at = scene.ground_frames.find(ref.frame);
     if (at == scene.ground_frames.end()) throw InputError(fmt::format("{}: 'ground' has no frame '{}'", where, ref.frame));
