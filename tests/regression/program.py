@@ -6,6 +6,7 @@ import subprocess
 import sys
 import tempfile
 
+sys.path.append(str(pathlib.Path(__file__).parents[1]))
 flexframe = sys.argv[1]
 source = pathlib.Path(sys.argv[2])
 examples = source / "examples"

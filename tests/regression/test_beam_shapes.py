@@ -6,6 +6,7 @@ import sys
 import numpy as np
 from arrays import simulate_and_say as simulate
 from program import expect, finish, near, run, temporary_folder
+from scene_text import output
 from scipy.integrate import quad, solve_ivp
 
 E, nu, rho = 70e9, 0.3, 2700.0
@@ -27,10 +28,6 @@ def clamp(name="beam", more=""):
 
 def force(on, direction, value, more=""):
     return f'[[force]]\nname = "load"\nkind = "force"\non = "{on}"\ndirection = {direction}\nvalue = {value}\n{more}\n'
-
-
-def output(name, of, quantity, more=""):
-    return f'[[output]]\nname = "{name}"\nof = "{of}"\nquantity = "{quantity}"\n{more}\n'
 
 
 def steps_and_tapers(folder):

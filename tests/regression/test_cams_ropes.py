@@ -6,6 +6,7 @@ import numpy as np
 from arrays import off
 from arrays import simulate_and_say as simulate
 from program import expect, finish, temporary_folder
+from scene_text import joint
 from scipy.integrate import solve_ivp
 
 g = 9.81
@@ -22,10 +23,6 @@ def simulation(duration, gravity="[0, -9.81, 0]", rate=100):
 
 def rigid(name, mass, inertia=0.01, more=""):
     return f'[[body]]\nname = "{name}"\nkind = "rigid"\nmass = {mass}\ninertia = [{inertia}, {inertia}, {inertia}]\n{more}\n'
-
-
-def joint(name, kind, parent, child, more=""):
-    return f'[[joint]]\nname = "{name}"\nkind = "{kind}"\nparent = "{parent}"\nchild = "{child}"\n{more}\n'
 
 
 def output(name, of=None, quantity="value", more=""):

@@ -4,6 +4,7 @@ import math
 import numpy as np
 from arrays import off, refused, simulate
 from program import expect, near, run_parts
+from scene_text import output
 from scipy.integrate import solve_ivp
 
 simulation = "[simulation]\nduration = %g\noutput_rate = %g\ngravity = %s\ntolerance = 1e-8\n"
@@ -23,10 +24,6 @@ def touch(on="ball", frm="ground", more="", shape="sphere", radius=0.1, stiffnes
     size = "" if shape == "point" else f"radius = {radius}\n"
     head = f'[[force]]\nname = "floor"\nkind = "contact"\non = "{on}"\nfrom = "{frm}"\n'
     return head + f'shape = "{shape}"\n{size}stiffness = {stiffness!r}\n{more}\n'
-
-
-def output(name, of, quantity):
-    return f'[[output]]\nname = "{name}"\nof = "{of}"\nquantity = "{quantity}"\n'
 
 
 seen = (

@@ -5,15 +5,16 @@ import math
 import pathlib
 
 from program import expect, finish, history, near, run, temporary_folder
+from scene_text import body, coupling, force, ground, joint, output, rigid, section, simulation, table
 
 sin, cos, pi, sqrt, g = math.sin, math.cos, math.pi, math.sqrt, 9.81
 written = []
 
 
-def simulate(folder, name, text, *words):
-    """The history of a scene written as `text`; a warning is a failure."""
+def simulate(folder, name, *tables, words=()):
+    """The history of the scene of these tables; a warning is a failure."""
     written.append(name)
-    (folder / f"{name}.toml").write_text(text)
+    (folder / f"{name}.toml").write_text("".join(tables))
     done = run("simulate", folder / f"{name}.toml", "-o", folder / "r.h5", "--csv", folder / f"{name}.csv", *words)
     expect("WARNING" not in done.stdout.upper(), f"{name}: {done.stdout}")
     return history(folder / f"{name}.csv")
@@ -55,58 +56,17 @@ def oldham(folder):
     h = simulate(
         folder,
         "oldham",
-        """
-[simulation]
-duration = 0.5
-[ground]
-frames = { far = ["12 mm", 0, 0] }
-[[body]]
-name = "in"
-kind = "rigid"
-mass = 1
-inertia = [0.001, 0.001, 0.002]
-[[body]]
-name = "disc"
-kind = "rigid"
-mass = 0.4
-inertia = [2e-4, 2e-4, 4e-4]
-[[body]]
-name = "out"
-kind = "rigid"
-mass = 1
-inertia = [0.001, 0.001, 0.002]
-[[joint]]
-name = "in"
-kind = "revolute"
-parent = "ground"
-child = "in"
-motion = "20*t"
-[[joint]]
-name = "slot in"
-kind = "prismatic"
-parent = "in"
-child = "disc"
-axis = [1, 0, 0]
-[[joint]]
-name = "out"
-kind = "revolute"
-parent = "ground.far"
-child = "out"
-[[joint]]
-name = "slot out"
-kind = "prismatic"
-parent = "out"
-child = "disc"
-axis = [0, 1, 0]
-[[output]]
-name = "turned"
-of = "out"
-quantity = "value"
-[[output]]
-name = "disc"
-of = "disc"
-quantity = "position"
-""",
+        simulation(0.5),
+        ground(far=["12 mm", 0, 0]),
+        rigid("in", mass=1, inertia=[0.001, 0.001, 0.002]),
+        rigid("disc", mass=0.4, inertia=[2e-4, 2e-4, 4e-4]),
+        rigid("out", mass=1, inertia=[0.001, 0.001, 0.002]),
+        joint("in", "revolute", "ground", "in", motion="20*t"),
+        joint("slot in", "prismatic", "in", "disc", axis=[1, 0, 0]),
+        joint("out", "revolute", "ground.far", "out"),
+        joint("slot out", "prismatic", "out", "disc", axis=[0, 1, 0]),
+        output("turned", "out", "value"),
+        output("disc", "disc", "position"),
     )
     worst("oldham", h, "turned", lambda i, t: 20 * t, 1e-9)
     worst("oldham", h, "disc.x", lambda i, t: 0.012 * cos(20 * t) ** 2, 1e-9)
@@ -118,60 +78,18 @@ def watt(folder):
     h = simulate(
         folder,
         "watt",
-        """
-[simulation]
-duration = 1
-[ground]
-frames = { a = [0, 0, 0], d = [0.4, -0.08, 0] }
-[[body]]
-name = "arm"
-kind = "rigid"
-mass = 0.5
-inertia = [0, 0.002, 0.002]
-centre_of_mass = [0.1, 0, 0]
-frames = { end = [0.2, 0, 0] }
-[[body]]
-name = "coupler"
-kind = "rigid"
-mass = 0.2
-inertia = [0, 1e-4, 1e-4]
-centre_of_mass = [0.04, 0, 0]
-frames = { middle = [0.04, 0, 0], end = [0.08, 0, 0] }
-[[body]]
-name = "beam"
-kind = "rigid"
-mass = 0.5
-inertia = [0, 0.002, 0.002]
-centre_of_mass = [0.1, 0, 0]
-frames = { end = [0.2, 0, 0] }
-[[joint]]
-name = "A"
-kind = "revolute"
-parent = "ground.a"
-child = "arm"
-motion = "0.3*sin(2*pi*t)"
-[[joint]]
-name = "B"
-kind = "revolute"
-parent = "arm.end"
-child = "coupler"
-initial = { guess = "-90 deg" }
-[[joint]]
-name = "D"
-kind = "revolute"
-parent = "ground.d"
-child = "beam"
-initial = { guess = "180 deg" }
-[[joint]]
-name = "C"
-kind = "revolute"
-parent = "coupler.end"
-child = "beam.end"
-[[output]]
-name = "P"
-of = "coupler.middle"
-quantity = "position"
-""",
+        simulation(1),
+        ground(a=[0, 0, 0], d=[0.4, -0.08, 0]),
+        rigid("arm", mass=0.5, inertia=[0, 0.002, 0.002], centre_of_mass=[0.1, 0, 0], frames=dict(end=[0.2, 0, 0])),
+        rigid(
+            "coupler", mass=0.2, inertia=[0, 1e-4, 1e-4], centre_of_mass=[0.04, 0, 0], frames=dict(middle=[0.04, 0, 0], end=[0.08, 0, 0])
+        ),
+        rigid("beam", mass=0.5, inertia=[0, 0.002, 0.002], centre_of_mass=[0.1, 0, 0], frames=dict(end=[0.2, 0, 0])),
+        joint("A", "revolute", "ground.a", "arm", motion="0.3*sin(2*pi*t)"),
+        joint("B", "revolute", "arm.end", "coupler", initial=dict(guess="-90 deg")),
+        joint("D", "revolute", "ground.d", "beam", initial=dict(guess="180 deg")),
+        joint("C", "revolute", "coupler.end", "beam.end"),
+        output("P", "coupler.middle", "position"),
     )
 
     def middle(i, t):
@@ -187,90 +105,28 @@ def stephenson(folder):
     h = simulate(
         folder,
         "stephenson",
-        """
-[simulation]
-duration = 1
-[ground]
-frames = { d = ["160 mm", 0, 0], e = ["100 mm", "280 mm", 0] }
-[[body]]
-name = "crank"
-kind = "rigid"
-mass = 0.3
-inertia = [0, 1e-4, 1e-4]
-frames = { end = ["50 mm", 0, 0] }
-[[body]]
-name = "coupler"
-kind = "rigid"
-mass = 0.6
-inertia = [1e-3, 1e-3, 2e-3]
-centre_of_mass = [0.07, 0.02, 0]
-frames = { end = ["150 mm", 0, 0], p = ["80 mm", "60 mm", 0] }
-[[body]]
-name = "rocker"
-kind = "rigid"
-mass = 0.4
-inertia = [0, 5e-4, 5e-4]
-frames = { end = ["120 mm", 0, 0] }
-[[body]]
-name = "rod"
-kind = "rigid"
-mass = 0.4
-inertia = [0, 5e-4, 5e-4]
-frames = { end = ["140 mm", 0, 0] }
-[[body]]
-name = "lever"
-kind = "rigid"
-mass = 0.4
-inertia = [0, 5e-4, 5e-4]
-frames = { end = ["130 mm", 0, 0] }
-[[joint]]
-name = "A"
-kind = "revolute"
-parent = "ground"
-child = "crank"
-motion = "2*pi*t"
-[[joint]]
-name = "B"
-kind = "revolute"
-parent = "crank.end"
-child = "coupler"
-initial = { guess = "50 deg" }
-[[joint]]
-name = "D"
-kind = "revolute"
-parent = "ground.d"
-child = "rocker"
-initial = { guess = "100 deg" }
-[[joint]]
-name = "C"
-kind = "revolute"
-parent = "coupler.end"
-child = "rocker.end"
-[[joint]]
-name = "P"
-kind = "revolute"
-parent = "coupler.p"
-child = "rod"
-[[joint]]
-name = "E"
-kind = "revolute"
-parent = "ground.e"
-child = "lever"
-initial = { guess = 0 }
-[[joint]]
-name = "Q"
-kind = "revolute"
-parent = "rod.end"
-child = "lever.end"
-[[output]]
-name = "lever"
-of = "E"
-quantity = "value"
-[[output]]
-name = "Q"
-of = "lever.end"
-quantity = "position"
-""",
+        simulation(1),
+        ground(d=["160 mm", 0, 0], e=["100 mm", "280 mm", 0]),
+        rigid("crank", mass=0.3, inertia=[0, 1e-4, 1e-4], frames=dict(end=["50 mm", 0, 0])),
+        rigid(
+            "coupler",
+            mass=0.6,
+            inertia=[1e-3, 1e-3, 2e-3],
+            centre_of_mass=[0.07, 0.02, 0],
+            frames=dict(end=["150 mm", 0, 0], p=["80 mm", "60 mm", 0]),
+        ),
+        rigid("rocker", mass=0.4, inertia=[0, 5e-4, 5e-4], frames=dict(end=["120 mm", 0, 0])),
+        rigid("rod", mass=0.4, inertia=[0, 5e-4, 5e-4], frames=dict(end=["140 mm", 0, 0])),
+        rigid("lever", mass=0.4, inertia=[0, 5e-4, 5e-4], frames=dict(end=["130 mm", 0, 0])),
+        joint("A", "revolute", "ground", "crank", motion="2*pi*t"),
+        joint("B", "revolute", "crank.end", "coupler", initial=dict(guess="50 deg")),
+        joint("D", "revolute", "ground.d", "rocker", initial=dict(guess="100 deg")),
+        joint("C", "revolute", "coupler.end", "rocker.end"),
+        joint("P", "revolute", "coupler.p", "rod"),
+        joint("E", "revolute", "ground.e", "lever", initial=dict(guess=0)),
+        joint("Q", "revolute", "rod.end", "lever.end"),
+        output("lever", "E", "value"),
+        output("Q", "lever.end", "position"),
     )
 
     def tip(i, t):
@@ -288,68 +144,33 @@ def stewart(folder):
     h = simulate(
         folder,
         "stewart",
-        """
-[simulation]
-duration = 1
-gravity = [0, 0, -9.81]
-[[body]]
-name = "top"
-kind = "rigid"
-mass = 20
-inertia = [0.5, 0.5, 1]
-[[joint]]
-name = "top"
-kind = "free"
-parent = "ground"
-child = "top"
-initial = { guess = [0, 0, 0.6, 0, 0, 0] }
-[[group]]
-name = "leg"
-parameters = { b = 0, p = 0 }
-[[group.body]]
-name = "foot"
-kind = "rigid"
-mass = 1
-inertia = [0.01, 0.01, 0.001]
-[[group.body]]
-name = "rod"
-kind = "rigid"
-mass = 0.5
-inertia = [0.01, 0.01, 0.001]
-[[group.joint]]
-name = "cross"
-kind = "universal"
-parent = "ground"
-child = "foot"
-axis = [1, 0, 0]
-position = "[0.5*cos(b), 0.5*sin(b), 0]"
-[[group.joint]]
-name = "jack"
-kind = "prismatic"
-parent = "foot"
-child = "rod"
-motion = "sqrt((0.3*cos(p) - 0.5*cos(b))^2 + (0.3*sin(p) - 0.5*sin(b))^2 + (0.6 + 0.05*sin(2*pi*t))^2)"
-[[group.joint]]
-name = "ball"
-kind = "spherical"
-parent = "top"
-child = "rod"
-position = "[0.3*cos(p), 0.3*sin(p), 0]"
-[[instance]]
-group = "leg"
-name = "l"
-count = 6
-parameters = { b = "pi/3*i + 0.2*(-1)^i", p = "pi/3*i - 0.3*(-1)^i" }
-[[output]]
-name = "top"
-of = "top"
-quantity = "position"
-[[output]]
-name = "tilt"
-of = "top"
-quantity = "angle"
-relative_to = "ground"
-""",
+        simulation(1, gravity=[0, 0, -9.81]),
+        rigid("top", mass=20, inertia=[0.5, 0.5, 1]),
+        joint("top", "free", "ground", "top", initial=dict(guess=[0, 0, 0.6, 0, 0, 0])),
+        table("group", name="leg", parameters=dict(b=0, p=0)),
+        table("group.body", name="foot", kind="rigid", mass=1, inertia=[0.01, 0.01, 0.001]),
+        table("group.body", name="rod", kind="rigid", mass=0.5, inertia=[0.01, 0.01, 0.001]),
+        table(
+            "group.joint",
+            name="cross",
+            kind="universal",
+            parent="ground",
+            child="foot",
+            axis=[1, 0, 0],
+            position="[0.5*cos(b), 0.5*sin(b), 0]",
+        ),
+        table(
+            "group.joint",
+            name="jack",
+            kind="prismatic",
+            parent="foot",
+            child="rod",
+            motion="sqrt((0.3*cos(p) - 0.5*cos(b))^2 + (0.3*sin(p) - 0.5*sin(b))^2 + (0.6 + 0.05*sin(2*pi*t))^2)",
+        ),
+        table("group.joint", name="ball", kind="spherical", parent="top", child="rod", position="[0.3*cos(p), 0.3*sin(p), 0]"),
+        table("instance", group="leg", name="l", count=6, parameters=dict(b="pi/3*i + 0.2*(-1)^i", p="pi/3*i - 0.3*(-1)^i")),
+        output("top", "top", "position"),
+        output("tilt", "top", "angle", relative_to="ground"),
     )
     worst("stewart", h, "top.z", lambda i, t: 0.6 + 0.05 * sin(2 * pi * t), 1e-8)
     worst("stewart", h, "top.x", lambda i, t: 0, 1e-8)
@@ -361,64 +182,17 @@ def toggle(folder):
     h = simulate(
         folder,
         "toggle",
-        """
-[simulation]
-duration = 1
-[[body]]
-name = "lower"
-kind = "rigid"
-mass = 0.1
-inertia = [0, 3e-4, 3e-4]
-frames = { knee = [0.2, 0, 0] }
-[[body]]
-name = "upper"
-kind = "rigid"
-mass = 0.1
-inertia = [0, 3e-4, 3e-4]
-frames = { end = [0.2, 0, 0] }
-[[body]]
-name = "ram"
-kind = "rigid"
-mass = 0.1
-[[joint]]
-name = "foot"
-kind = "revolute"
-parent = "ground"
-child = "lower"
-initial = { guess = "80 deg" }
-[[joint]]
-name = "knee"
-kind = "revolute"
-parent = "lower.knee"
-child = "upper"
-initial = { guess = "20 deg" }
-[[joint]]
-name = "guide"
-kind = "prismatic"
-parent = "ground"
-child = "ram"
-axis = [0, 1, 0]
-motion = "0.38 + 0.01*t"
-[[joint]]
-name = "pin"
-kind = "revolute"
-parent = "upper.end"
-child = "ram"
-[[force]]
-name = "push"
-kind = "force"
-on = "lower.knee"
-direction = [-1, 0, 0]
-value = "1 kN"
-[[output]]
-name = "way"
-of = "guide"
-quantity = "value"
-[[output]]
-name = "press"
-of = "guide"
-quantity = "reaction"
-""",
+        simulation(1),
+        rigid("lower", mass=0.1, inertia=[0, 3e-4, 3e-4], frames=dict(knee=[0.2, 0, 0])),
+        rigid("upper", mass=0.1, inertia=[0, 3e-4, 3e-4], frames=dict(end=[0.2, 0, 0])),
+        rigid("ram", mass=0.1),
+        joint("foot", "revolute", "ground", "lower", initial=dict(guess="80 deg")),
+        joint("knee", "revolute", "lower.knee", "upper", initial=dict(guess="20 deg")),
+        joint("guide", "prismatic", "ground", "ram", axis=[0, 1, 0], motion="0.38 + 0.01*t"),
+        joint("pin", "revolute", "upper.end", "ram"),
+        force("force", "lower.knee", name="push", direction=[-1, 0, 0], value="1 kN"),
+        output("way", "guide", "value"),
+        output("press", "guide", "reaction"),
     )
     # half the way is 0.2 cos(a); the ram is held down with P/(2 tan a)
     worst("toggle", h, "press.y", lambda i, t: -500 / math.tan(math.acos((0.38 + 0.01 * t) / 0.4)), 0.1)
@@ -429,65 +203,18 @@ def hooke(folder):
     h = simulate(
         folder,
         "hooke",
-        """
-[parameters]
-bend = "25 deg"
-L = 0.3
-[simulation]
-duration = 0.5
-[ground]
-frames = { far = "[0, -L*sin(bend), L*cos(bend)]" }
-[[body]]
-name = "in"
-kind = "rigid"
-mass = 1
-inertia = [0.001, 0.001, 0.002]
-[[body]]
-name = "between"
-kind = "rigid"
-mass = 1
-inertia = [0.008, 0.008, 0.001]
-centre_of_mass = [0, 0, "L/2"]
-frames = { end = [0, 0, "L"] }
-[[body]]
-name = "out"
-kind = "rigid"
-mass = 1
-inertia = [0.001, 0.001, 0.002]
-[[joint]]
-name = "in"
-kind = "revolute"
-parent = "ground"
-child = "in"
-motion = "30*t"
-[[joint]]
-name = "first"
-kind = "universal"
-parent = "in"
-child = "between"
-axis = [0, 1, 0]
-initial = { guess = [0, "bend"] }
-[[joint]]
-name = "second"
-kind = "universal"
-parent = "between.end"
-child = "out"
-axis = [1, 0, 0]
-initial = { guess = ["-bend", 0] }
-[[joint]]
-name = "out"
-kind = "cylindrical"
-parent = "ground.far"
-child = "out"
-[[output]]
-name = "out"
-of = "out"
-quantity = "value"
-[[output]]
-name = "between"
-of = "between"
-quantity = "angular_velocity"
-""",
+        section("parameters", bend="25 deg", L=0.3),
+        simulation(0.5),
+        ground(far="[0, -L*sin(bend), L*cos(bend)]"),
+        rigid("in", mass=1, inertia=[0.001, 0.001, 0.002]),
+        rigid("between", mass=1, inertia=[0.008, 0.008, 0.001], centre_of_mass=[0, 0, "L/2"], frames=dict(end=[0, 0, "L"])),
+        rigid("out", mass=1, inertia=[0.001, 0.001, 0.002]),
+        joint("in", "revolute", "ground", "in", motion="30*t"),
+        joint("first", "universal", "in", "between", axis=[0, 1, 0], initial=dict(guess=[0, "bend"])),
+        joint("second", "universal", "between.end", "out", axis=[1, 0, 0], initial=dict(guess=["-bend", 0])),
+        joint("out", "cylindrical", "ground.far", "out"),
+        output("out", "out", "value"),
+        output("between", "between", "angular_velocity"),
     )
     worst("hooke", h, "out.2", lambda i, t: 30 * t, 1e-6)
     c = cos(25 * pi / 180)
@@ -504,54 +231,16 @@ def gears(folder):
     h = simulate(
         folder,
         "gears",
-        """
-[simulation]
-duration = 1
-[[body]]
-name = "motor"
-kind = "rigid"
-mass = 1
-inertia = [0.002, 0.002, 0.002]
-[[body]]
-name = "load"
-kind = "rigid"
-mass = 5
-inertia = [0.05, 0.05, 0.05]
-[[joint]]
-name = "motor"
-kind = "revolute"
-parent = "ground"
-child = "motor"
-[[joint]]
-name = "load"
-kind = "revolute"
-parent = "ground"
-child = "load"
-position = [0.144, 0, 0]
-[[coupling]]
-name = "teeth"
-kind = "gear"
-joints = ["motor", "load"]
-teeth = [18, 54]
-[[force]]
-kind = "torque"
-on = "motor"
-direction = [0, 0, 1]
-value = 2
-[[force]]
-kind = "torque"
-on = "load"
-direction = [0, 0, 1]
-value = 3
-[[output]]
-name = "motor"
-of = "motor"
-quantity = "rate"
-[[output]]
-name = "teeth"
-of = "teeth"
-quantity = "force"
-""",
+        simulation(1),
+        rigid("motor", mass=1, inertia=[0.002, 0.002, 0.002]),
+        rigid("load", mass=5, inertia=[0.05, 0.05, 0.05]),
+        joint("motor", "revolute", "ground", "motor"),
+        joint("load", "revolute", "ground", "load", position=[0.144, 0, 0]),
+        coupling("teeth", "gear", ["motor", "load"], teeth=[18, 54]),
+        force("torque", "motor", direction=[0, 0, 1], value=2),
+        force("torque", "load", direction=[0, 0, 1], value=3),
+        output("motor", "motor", "rate"),
+        output("teeth", "teeth", "force"),
     )
     a = (2 - 3 / 3) / (0.002 + 0.05 / 9)
     worst("gears", h, "motor", lambda i, t: a * t, 1e-5)
@@ -561,42 +250,23 @@ quantity = "force"
 
 def differential(folder):
     """A car's axle: the input's torque is shared evenly, whatever the wheels do."""
-    wheel = """
-[[body]]
-name = "{0}"
-kind = "rigid"
-mass = 10
-inertia = [{1}, 0.5, 0.5]
-[[joint]]
-name = "{0}"
-kind = "revolute"
-parent = "ground"
-child = "{0}"
-axis = [1, 0, 0]
-[[output]]
-name = "{0}"
-of = "{0}"
-quantity = "rate"
-[[force]]
-kind = "torque"
-on = "{0}"
-direction = [1, 0, 0]
-value = {2}
-"""
+
+    def wheel(name, inertia, torque):
+        return (
+            rigid(name, mass=10, inertia=[inertia, 0.5, 0.5])
+            + joint(name, "revolute", "ground", name, axis=[1, 0, 0])
+            + output(name, name, "rate")
+            + force("torque", name, direction=[1, 0, 0], value=torque)
+        )
+
     h = simulate(
         folder,
         "differential",
-        """
-[simulation]
-duration = 1
-[[coupling]]
-name = "bevels"
-kind = "differential"
-joints = ["left", "right", "shaft"]
-"""
-        + wheel.format("left", 0.5, -4)
-        + wheel.format("right", 0.7, -9)
-        + wheel.format("shaft", 0.2, 30),
+        simulation(1),
+        coupling("bevels", "differential", ["left", "right", "shaft"]),
+        wheel("left", 0.5, -4),
+        wheel("right", 0.7, -9),
+        wheel("shaft", 0.2, 30),
     )
     # ja a = -4 + m/2, jb b = -9 + m/2, js (a + b)/2 = 30 - m
     m = (30 + 0.2 / 2 * (4 / 0.5 + 9 / 0.7)) / (1 + 0.2 / 4 * (1 / 0.5 + 1 / 0.7))
@@ -609,64 +279,18 @@ def atwood(folder):
     h = simulate(
         folder,
         "atwood",
-        """
-[parameters]
-r = "150 mm"
-[simulation]
-duration = 1
-gravity = [0, -9.81, 0]
-[[body]]
-name = "pulley"
-kind = "rigid"
-shapes = [{ shape = "disc", radius = "r", thickness = 0.02 }]
-mass = 8
-inertia = "shapes"
-[[body]]
-name = "light"
-kind = "rigid"
-mass = 3
-[[body]]
-name = "heavy"
-kind = "rigid"
-mass = 5
-[[joint]]
-name = "axle"
-kind = "revolute"
-parent = "ground"
-child = "pulley"
-[[joint]]
-name = "light"
-kind = "prismatic"
-parent = "ground"
-child = "light"
-axis = [0, 1, 0]
-position = ["r", -1, 0]
-[[joint]]
-name = "heavy"
-kind = "prismatic"
-parent = "ground"
-child = "heavy"
-axis = [0, 1, 0]
-position = ["-r", -1, 0]
-[[coupling]]
-name = "right"
-kind = "rack"
-joints = ["axle", "light"]
-radius = "r"
-[[coupling]]
-name = "left"
-kind = "rack"
-joints = ["axle", "heavy"]
-radius = "-r"
-[[output]]
-name = "up"
-of = "light"
-quantity = "value"
-[[output]]
-name = "rope"
-of = "right"
-quantity = "force"
-""",
+        section("parameters", r="150 mm"),
+        simulation(1, gravity=[0, -9.81, 0]),
+        rigid("pulley", shapes=[dict(shape="disc", radius="r", thickness=0.02)], mass=8, inertia="shapes"),
+        rigid("light", mass=3),
+        rigid("heavy", mass=5),
+        joint("axle", "revolute", "ground", "pulley"),
+        joint("light", "prismatic", "ground", "light", axis=[0, 1, 0], position=["r", -1, 0]),
+        joint("heavy", "prismatic", "ground", "heavy", axis=[0, 1, 0], position=["-r", -1, 0]),
+        coupling("right", "rack", ["axle", "light"], radius="r"),
+        coupling("left", "rack", ["axle", "heavy"], radius="-r"),
+        output("up", "light", "value"),
+        output("rope", "right", "force"),
     )
     a = (5 - 3) * g / (5 + 3 + 8 / 2)
     worst("atwood", h, "up", lambda i, t: a * t * t / 2, 1e-6)
@@ -678,45 +302,14 @@ def rack(folder):
     h = simulate(
         folder,
         "rack",
-        """
-[simulation]
-duration = 2
-[[body]]
-name = "pinion"
-kind = "rigid"
-mass = 2
-inertia = [0.002, 0.002, 0.004]
-[[body]]
-name = "slide"
-kind = "rigid"
-mass = 1.5
-[[joint]]
-name = "axle"
-kind = "revolute"
-parent = "ground"
-child = "pinion"
-[[joint]]
-name = "slide"
-kind = "prismatic"
-parent = "ground"
-child = "slide"
-axis = [1, 0, 0]
-initial = { value = "20 mm" }
-spring = { stiffness = 300 }
-[[coupling]]
-name = "teeth"
-kind = "rack"
-joints = ["axle", "slide"]
-radius = "40 mm"
-[[output]]
-name = "x"
-of = "slide"
-quantity = "value"
-[[output]]
-name = "angle"
-of = "axle"
-quantity = "value"
-""",
+        simulation(2),
+        rigid("pinion", mass=2, inertia=[0.002, 0.002, 0.004]),
+        rigid("slide", mass=1.5),
+        joint("axle", "revolute", "ground", "pinion"),
+        joint("slide", "prismatic", "ground", "slide", axis=[1, 0, 0], initial=dict(value="20 mm"), spring=dict(stiffness=300)),
+        coupling("teeth", "rack", ["axle", "slide"], radius="40 mm"),
+        output("x", "slide", "value"),
+        output("angle", "axle", "value"),
     )
     w = sqrt(300 / (1.5 + 0.004 / 0.04**2))
     worst("rack", h, "x", lambda i, t: 0.02 * cos(w * t), 2e-7)
@@ -728,30 +321,13 @@ def brake(folder):
     h = simulate(
         folder,
         "brake",
-        """
-[simulation]
-duration = 3
-[[body]]
-name = "drum"
-kind = "rigid"
-mass = 20
-inertia = [0.5, 0.5, 0.8]
-[[joint]]
-name = "axle"
-kind = "revolute"
-parent = "ground"
-child = "drum"
-initial = { rate = 30 }
-friction = { coefficient = 0.35, normal_force = 200, radius = "150 mm" }
-[[output]]
-name = "speed"
-of = "axle"
-quantity = "rate"
-[[output]]
-name = "angle"
-of = "axle"
-quantity = "value"
-""",
+        simulation(3),
+        rigid("drum", mass=20, inertia=[0.5, 0.5, 0.8]),
+        joint(
+            "axle", "revolute", "ground", "drum", initial=dict(rate=30), friction=dict(coefficient=0.35, normal_force=200, radius="150 mm")
+        ),
+        output("speed", "axle", "rate"),
+        output("angle", "axle", "value"),
     )
     worst("brake", h, "speed", lambda i, t: max(0.0, 30 - 10.5 / 0.8 * t), 1e-5)
     near(h["angle"][-1], 30**2 * 0.8 / (2 * 10.5), 1e-5, "brake: angle at rest")
@@ -762,36 +338,12 @@ def motor(folder):
     h = simulate(
         folder,
         "motor",
-        """
-[simulation]
-duration = 3
-[[body]]
-name = "rotor"
-kind = "rigid"
-mass = 1
-inertia = [0.02, 0.02, 0.02]
-[[joint]]
-name = "shaft"
-kind = "revolute"
-parent = "ground"
-child = "rotor"
-spring = { damping = 0.03 }
-[[output]]
-name = "speed"
-of = "shaft"
-quantity = "rate"
-[[block]]
-name = "control"
-kind = "pid"
-input = "100 - speed"
-proportional = 0.05
-integral = 0.4
-[[force]]
-kind = "torque"
-on = "rotor"
-direction = [0, 0, 1]
-value = "control"
-""",
+        simulation(3),
+        rigid("rotor", mass=1, inertia=[0.02, 0.02, 0.02]),
+        joint("shaft", "revolute", "ground", "rotor", spring=dict(damping=0.03)),
+        output("speed", "shaft", "rate"),
+        table("block", name="control", kind="pid", input="100 - speed", proportional=0.05, integral=0.4),
+        force("torque", "rotor", direction=[0, 0, 1], value="control"),
     )
     # J s^2 + (b + p) s + i = 0; the step answer 100 (p s + i)/(J s^2 + (b + p) s + i)/s
     a, b = (0.03 + 0.05) / (2 * 0.02), sqrt(0.4 / 0.02 - (0.08 / 0.04) ** 2)
@@ -810,47 +362,13 @@ def ladder(folder):
     h = simulate(
         folder,
         "ladder",
-        """
-[simulation]
-duration = 0.9
-gravity = [0, -9.81, 0]
-[[body]]
-name = "ladder"
-kind = "rigid"
-mass = 12
-inertia = [0, 4, 4]
-frames = { foot = [-1, 0, 0], head = [1, 0, 0] }
-[[joint]]
-name = "plane"
-kind = "planar"
-parent = "ground"
-child = "ladder"
-initial = { value = ["cos(60 deg)", "sin(60 deg)", "120 deg"] }
-[[force]]
-name = "floor"
-kind = "contact"
-on = "ladder.foot"
-shape = "point"
-normal = [0, 1, 0]
-stiffness = 1e7
-restitution = 0.1
-[[force]]
-name = "wall"
-kind = "contact"
-on = "ladder.head"
-shape = "point"
-normal = [1, 0, 0]
-stiffness = 1e7
-restitution = 0.1
-[[output]]
-name = "head"
-of = "ladder.head"
-quantity = "position"
-[[output]]
-name = "wall"
-of = "wall"
-quantity = "force"
-""",
+        simulation(0.9, gravity=[0, -9.81, 0]),
+        rigid("ladder", mass=12, inertia=[0, 4, 4], frames=dict(foot=[-1, 0, 0], head=[1, 0, 0])),
+        joint("plane", "planar", "ground", "ladder", initial=dict(value=["cos(60 deg)", "sin(60 deg)", "120 deg"])),
+        force("contact", "ladder.foot", name="floor", shape="point", normal=[0, 1, 0], stiffness=1e7, restitution=0.1),
+        force("contact", "ladder.head", name="wall", shape="point", normal=[1, 0, 0], stiffness=1e7, restitution=0.1),
+        output("head", "ladder.head", "position"),
+        output("wall", "wall", "force"),
     )
     last = max(i for i, f in enumerate(h["wall"]) if f > 0)
     near(h["head.y"][last], 2 / 3 * 2 * sin(pi / 3), 0.01, "ladder: height where it leaves the wall")
@@ -858,45 +376,27 @@ quantity = "force"
 
 def roller(folder):
     """A cylinder on an incline of 30 deg rolls with mu = 0.25 and slips with 0.1 (tan(30 deg)/3 = 0.19 is needed)."""
-    scene = """
-[parameters]
-R = "100 mm"
-mu = 0.25
-[simulation]
-duration = 0.8
-gravity = [0, -9.81, 0]
-[[body]]
-name = "roller"
-kind = "rigid"
-mass = 4
-inertia = [0.02, 0.02, 0.02]
-[[joint]]
-name = "plane"
-kind = "planar"
-parent = "ground"
-child = "roller"
-initial = { value = ["R*sin(30 deg)", "R*cos(30 deg)", 0] }
-[[force]]
-name = "ramp"
-kind = "contact"
-on = "roller"
-shape = "cylinder"
-radius = "R"
-normal = ["sin(30 deg)", "cos(30 deg)", 0]
-stiffness = 1e6
-damping = 0.2
-friction = { coefficient = "mu" }
-[[output]]
-name = "v"
-of = "roller"
-quantity = "velocity"
-[[output]]
-name = "spin"
-of = "roller"
-quantity = "angular_velocity"
-"""
+    scene = [
+        section("parameters", R="100 mm", mu=0.25),
+        simulation(0.8, gravity=[0, -9.81, 0]),
+        rigid("roller", mass=4, inertia=[0.02, 0.02, 0.02]),
+        joint("plane", "planar", "ground", "roller", initial=dict(value=["R*sin(30 deg)", "R*cos(30 deg)", 0])),
+        force(
+            "contact",
+            "roller",
+            name="ramp",
+            shape="cylinder",
+            radius="R",
+            normal=["sin(30 deg)", "cos(30 deg)", 0],
+            stiffness=1e6,
+            damping=0.2,
+            friction=dict(coefficient="mu"),
+        ),
+        output("v", "roller", "velocity"),
+        output("spin", "roller", "angular_velocity"),
+    ]
     for mu, speed, spin in [(0.25, 2 / 3 * g / 2, 2 / 3 * g / 2 / 0.1), (0.1, g * (0.5 - 0.1 * cos(pi / 6)), 0.1 * g * cos(pi / 6) * 20)]:
-        h = simulate(folder, "roller", scene, "--set", f"mu={mu}")
+        h = simulate(folder, "roller", *scene, words=("--set", f"mu={mu}"))
         t = h["t"][-1]
         near(math.hypot(h["v.x"][-1], h["v.y"][-1]), speed * t, 2e-3 * speed * t, f"roller: speed with mu = {mu}")
         near(-h["spin.z"][-1], spin * t, 2e-3 * spin * t, f"roller: spin with mu = {mu}")
@@ -907,34 +407,11 @@ def bounce(folder):
     h = simulate(
         folder,
         "bounce",
-        """
-[simulation]
-duration = 1.9
-gravity = [0, 0, -9.81]
-[[body]]
-name = "ball"
-kind = "rigid"
-mass = 0.5
-inertia = [5e-4, 5e-4, 5e-4]
-[[joint]]
-name = "fall"
-kind = "free"
-parent = "ground"
-child = "ball"
-initial = { value = [0, 0, 1.05, 0, 0, 0] }
-[[force]]
-name = "floor"
-kind = "contact"
-on = "ball"
-shape = "sphere"
-radius = "50 mm"
-stiffness = 1e6
-restitution = 0.8
-[[output]]
-name = "z"
-of = "ball"
-quantity = "position"
-""",
+        simulation(1.9, gravity=[0, 0, -9.81]),
+        rigid("ball", mass=0.5, inertia=[5e-4, 5e-4, 5e-4]),
+        joint("fall", "free", "ground", "ball", initial=dict(value=[0, 0, 1.05, 0, 0, 0])),
+        force("contact", "ball", name="floor", shape="sphere", radius="50 mm", stiffness=1e6, restitution=0.8),
+        output("z", "ball", "position"),
     )
     z = h["z.z"]
     tops = [z[i] - 0.05 for i in range(1, len(z) - 1) if z[i - 1] < z[i] >= z[i + 1] and z[i] > 0.1]
@@ -951,38 +428,19 @@ def bead(folder):
     h = simulate(
         folder,
         "bead",
-        """
-[simulation]
-duration = 3
-gravity = [0, -9.81, 0]
-[[body]]
-name = "hoop"
-kind = "rigid"
-mass = 1
-inertia = [0.1, 0.1, 0.1]
-[[body]]
-name = "bead"
-kind = "rigid"
-mass = 0.05
-[[joint]]
-name = "axle"
-kind = "revolute"
-parent = "ground"
-child = "hoop"
-axis = [0, 1, 0]
-motion = "8*t"
-[[joint]]
-name = "wire"
-kind = "point-on-curve"
-parent = "hoop"
-child = "bead"
-curve = { x = "0.4*sin(u)", y = "-0.4*cos(u)", to = "2*pi", closed = true }
-initial = { value = 0.2 }
-[[output]]
-name = "s"
-of = "wire"
-quantity = "value"
-""",
+        simulation(3, gravity=[0, -9.81, 0]),
+        rigid("hoop", mass=1, inertia=[0.1, 0.1, 0.1]),
+        rigid("bead", mass=0.05),
+        joint("axle", "revolute", "ground", "hoop", axis=[0, 1, 0], motion="8*t"),
+        joint(
+            "wire",
+            "point-on-curve",
+            "hoop",
+            "bead",
+            curve=dict(x="0.4*sin(u)", y="-0.4*cos(u)", to="2*pi", closed=True),
+            initial=dict(value=0.2),
+        ),
+        output("s", "wire", "value"),
     )
     rows = runge_kutta(lambda t, y: (y[1], sin(y[0]) * (64 * cos(y[0]) - g / 0.4)), (0.5, 0.0), 1e-4, 30000, 10)
     worst("bead", h, "s", lambda i, t: 0.4 * rows[i][0], 1e-5)
@@ -993,67 +451,18 @@ def gyroscope(folder):
     h = simulate(
         folder,
         "gyroscope",
-        """
-[parameters]
-spin = 200
-C = 0.004
-precession = "5*0.1/(C*spin)"
-[simulation]
-duration = 2
-[[body]]
-name = "outer"
-kind = "rigid"
-mass = 0.5
-inertia = [0.002, 0.002, 0.003]
-[[body]]
-name = "inner"
-kind = "rigid"
-mass = 0.3
-inertia = [0.001, 0.001, 0.001]
-frames = { arm = [0, 0.1, 0] }
-[[body]]
-name = "rotor"
-kind = "rigid"
-mass = 2
-inertia = [0.0025, "C", 0.0025]
-[[joint]]
-name = "post"
-kind = "revolute"
-parent = "ground"
-child = "outer"
-initial = { rate = "precession" }
-[[joint]]
-name = "tilt"
-kind = "revolute"
-parent = "outer"
-child = "inner"
-axis = [1, 0, 0]
-[[joint]]
-name = "axle"
-kind = "revolute"
-parent = "inner"
-child = "rotor"
-axis = [0, 1, 0]
-initial = { rate = "spin" }
-[[force]]
-name = "weight"
-kind = "force"
-on = "inner.arm"
-direction = [0, 0, -1]
-value = 5
-[[output]]
-name = "round"
-of = "post"
-quantity = "value"
-[[output]]
-name = "tilt"
-of = "tilt"
-quantity = "value"
-[[output]]
-name = "spin"
-of = "axle"
-quantity = "value"
-""",
+        section("parameters", spin=200, C=0.004, precession="5*0.1/(C*spin)"),
+        simulation(2),
+        rigid("outer", mass=0.5, inertia=[0.002, 0.002, 0.003]),
+        rigid("inner", mass=0.3, inertia=[0.001, 0.001, 0.001], frames=dict(arm=[0, 0.1, 0])),
+        rigid("rotor", mass=2, inertia=[0.0025, "C", 0.0025]),
+        joint("post", "revolute", "ground", "outer", initial=dict(rate="precession")),
+        joint("tilt", "revolute", "outer", "inner", axis=[1, 0, 0]),
+        joint("axle", "revolute", "inner", "rotor", axis=[0, 1, 0], initial=dict(rate="spin")),
+        force("force", "inner.arm", name="weight", direction=[0, 0, -1], value=5),
+        output("round", "post", "value"),
+        output("tilt", "tilt", "value"),
+        output("spin", "axle", "value"),
     )
     worst("gyroscope", h, "round", lambda i, t: 0.5 / 0.8 * t, 1e-5)
     worst("gyroscope", h, "tilt", lambda i, t: 0, 1e-6)
@@ -1064,35 +473,12 @@ def spring_pendulum(folder):
     h = simulate(
         folder,
         "spring_pendulum",
-        """
-[simulation]
-duration = 4
-gravity = [0, -9.81, 0]
-[[body]]
-name = "mass"
-kind = "rigid"
-mass = 1
-[[joint]]
-name = "plane"
-kind = "planar"
-parent = "ground"
-child = "mass"
-initial = { value = [0.5, -0.7, 0] }
-[[force]]
-name = "spring"
-kind = "spring-damper"
-on = "mass"
-stiffness = 40
-rest = 0.6
-[[output]]
-name = "p"
-of = "mass"
-quantity = "position"
-[[output]]
-name = "length"
-of = "spring"
-quantity = "length"
-""",
+        simulation(4, gravity=[0, -9.81, 0]),
+        rigid("mass", mass=1),
+        joint("plane", "planar", "ground", "mass", initial=dict(value=[0.5, -0.7, 0])),
+        force("spring-damper", "mass", name="spring", stiffness=40, rest=0.6),
+        output("p", "mass", "position"),
+        output("length", "spring", "length"),
     )
 
     def f(t, y):
@@ -1110,46 +496,14 @@ def crane(folder):
     h = simulate(
         folder,
         "crane",
-        """
-[simulation]
-duration = 5
-gravity = [0, -9.81, 0]
-[[body]]
-name = "trolley"
-kind = "rigid"
-mass = 300
-[[body]]
-name = "rope"
-kind = "rigid"
-mass = 0
-[[body]]
-name = "load"
-kind = "rigid"
-mass = 800
-[[joint]]
-name = "bridge"
-kind = "prismatic"
-parent = "ground"
-child = "trolley"
-axis = [1, 0, 0]
-motion = "0.2*t^2"
-[[joint]]
-name = "swing"
-kind = "revolute"
-parent = "trolley"
-child = "rope"
-[[joint]]
-name = "hoist"
-kind = "prismatic"
-parent = "rope"
-child = "load"
-axis = [0, -1, 0]
-motion = "5 - 0.3*t"
-[[output]]
-name = "swing"
-of = "swing"
-quantity = "value"
-""",
+        simulation(5, gravity=[0, -9.81, 0]),
+        rigid("trolley", mass=300),
+        rigid("rope", mass=0),
+        rigid("load", mass=800),
+        joint("bridge", "prismatic", "ground", "trolley", axis=[1, 0, 0], motion="0.2*t^2"),
+        joint("swing", "revolute", "trolley", "rope"),
+        joint("hoist", "prismatic", "rope", "load", axis=[0, -1, 0], motion="5 - 0.3*t"),
+        output("swing", "swing", "value"),
     )
 
     def f(t, y):
@@ -1164,30 +518,11 @@ def tumbling(folder):
     h = simulate(
         folder,
         "tumbling",
-        """
-[simulation]
-duration = 4
-tolerance = 1e-8
-[[body]]
-name = "box"
-kind = "rigid"
-mass = 2
-inertia = [0.01, 0.02, 0.03]
-[[joint]]
-name = "throw"
-kind = "free"
-parent = "ground"
-child = "box"
-initial = { rate = [1, 0, 0, 0.05, 6, 0.05] }
-[[output]]
-name = "w"
-of = "box"
-quantity = "angular_velocity"
-[[output]]
-name = "p"
-of = "box"
-quantity = "position"
-""",
+        simulation(4, tolerance=1e-8),
+        rigid("box", mass=2, inertia=[0.01, 0.02, 0.03]),
+        joint("throw", "free", "ground", "box", initial=dict(rate=[1, 0, 0, 0.05, 6, 0.05])),
+        output("w", "box", "angular_velocity"),
+        output("p", "box", "position"),
     )
 
     def f(t, y):
@@ -1220,56 +555,15 @@ def jeffcott(folder):
     h = simulate(
         folder,
         "jeffcott",
-        """
-[parameters]
-off = "1 mm"
-k = 5e4
-m = 10
-w = 50
-r = "off*w^2/(k/m - w^2)"
-[simulation]
-duration = 1
-[[body]]
-name = "slide"
-kind = "rigid"
-mass = 0
-[[body]]
-name = "hub"
-kind = "rigid"
-mass = 0
-[[body]]
-name = "disc"
-kind = "rigid"
-mass = "m"
-inertia = [0.05, 0.05, 0.1]
-centre_of_mass = ["off", 0, 0]
-[[joint]]
-name = "x"
-kind = "prismatic"
-parent = "ground"
-child = "slide"
-axis = [1, 0, 0]
-initial = { value = "r", rate = 0 }
-spring = { stiffness = "k" }
-[[joint]]
-name = "y"
-kind = "prismatic"
-parent = "slide"
-child = "hub"
-axis = [0, 1, 0]
-initial = { value = 0, rate = "r*w" }
-spring = { stiffness = "k" }
-[[joint]]
-name = "turn"
-kind = "revolute"
-parent = "hub"
-child = "disc"
-motion = "w*t"
-[[output]]
-name = "hub"
-of = "hub"
-quantity = "position"
-""",
+        section("parameters", off="1 mm", k=5e4, m=10, w=50, r="off*w^2/(k/m - w^2)"),
+        simulation(1),
+        rigid("slide", mass=0),
+        rigid("hub", mass=0),
+        rigid("disc", mass="m", inertia=[0.05, 0.05, 0.1], centre_of_mass=["off", 0, 0]),
+        joint("x", "prismatic", "ground", "slide", axis=[1, 0, 0], initial=dict(value="r", rate=0), spring=dict(stiffness="k")),
+        joint("y", "prismatic", "slide", "hub", axis=[0, 1, 0], initial=dict(value=0, rate="r*w"), spring=dict(stiffness="k")),
+        joint("turn", "revolute", "hub", "disc", motion="w*t"),
+        output("hub", "hub", "position"),
     )
     worst("jeffcott", h, "hub.x", lambda i, t: 0.001 * cos(50 * t), 1e-7)
     worst("jeffcott", h, "hub.y", lambda i, t: 0.001 * sin(50 * t), 1e-7)
@@ -1280,42 +574,13 @@ def discs(folder):
     h = simulate(
         folder,
         "discs",
-        """
-[simulation]
-duration = 1
-[[body]]
-name = "first"
-kind = "rigid"
-mass = 5
-inertia = [0.05, 0.05, 0.1]
-[[body]]
-name = "second"
-kind = "rigid"
-mass = 5
-inertia = [0.1, 0.1, 0.2]
-[[joint]]
-name = "bearing"
-kind = "revolute"
-parent = "ground"
-child = "first"
-initial = { rate = 3 }
-[[joint]]
-name = "shaft"
-kind = "revolute"
-parent = "first"
-child = "second"
-position = [0, 0, 0.5]
-spring = { stiffness = 60 }
-initial = { rate = -3 }
-[[output]]
-name = "twist"
-of = "shaft"
-quantity = "value"
-[[output]]
-name = "first"
-of = "bearing"
-quantity = "value"
-""",
+        simulation(1),
+        rigid("first", mass=5, inertia=[0.05, 0.05, 0.1]),
+        rigid("second", mass=5, inertia=[0.1, 0.1, 0.2]),
+        joint("bearing", "revolute", "ground", "first", initial=dict(rate=3)),
+        joint("shaft", "revolute", "first", "second", position=[0, 0, 0.5], spring=dict(stiffness=60), initial=dict(rate=-3)),
+        output("twist", "shaft", "value"),
+        output("first", "bearing", "value"),
     )
     w = sqrt(60 * (1 / 0.1 + 1 / 0.2))
     worst("discs", h, "twist", lambda i, t: -3 / w * sin(w * t), 5e-6)
@@ -1332,33 +597,21 @@ def root(f, a, b):
 def tip_mass(folder):
     """A cantilever with a lump at its tip: 1 + cos b cosh b + (M/m) b (cos b sinh b - sin b cosh b) = 0."""
     written.append("tip_mass")
-    (folder / "tip_mass.toml").write_text(
-        """
-[simulation]
-duration = 0.1
-[[body]]
-name = "blade"
-kind = "beam"
-length = "500 mm"
-section = { shape = "rectangle", width = "30 mm", height = "3 mm" }
-material = { density = 7850, youngs_modulus = "210 GPa" }
-effects = ["bending_xy"]
-[[body]]
-name = "lump"
-kind = "rigid"
-mass = 0.2
-[[joint]]
-name = "clamp"
-kind = "weld"
-parent = "ground"
-child = "blade.root"
-[[joint]]
-name = "glue"
-kind = "weld"
-parent = "blade.tip"
-child = "lump"
-"""
-    )
+    tables = [
+        simulation(0.1),
+        body(
+            "blade",
+            "beam",
+            length="500 mm",
+            section=dict(shape="rectangle", width="30 mm", height="3 mm"),
+            material=dict(density=7850, youngs_modulus="210 GPa"),
+            effects=["bending_xy"],
+        ),
+        rigid("lump", mass=0.2),
+        joint("clamp", "weld", "ground", "blade.root"),
+        joint("glue", "weld", "blade.tip", "lump"),
+    ]
+    (folder / "tip_mass.toml").write_text("".join(tables))
     modes = json.loads(run("check", folder / "tip_mass.toml", "--json").stdout)["modes"]
     m = 7850 * 0.03 * 0.003 * 0.5
     for number, (a, b) in enumerate([(0.5, 2.5), (3.5, 5.0)]):
@@ -1369,66 +622,25 @@ child = "lump"
 
 def portal(folder):
     """A frame of three beams under a sideways load; slopes and sway by the deflection method."""
-    beam = """
-[[body]]
-name = "{0}"
-kind = "beam"
-length = {1}
-section = {{ shape = "box", width = "100 mm", height = "100 mm", thickness = "5 mm" }}
-material = {{ density = 7850, youngs_modulus = "210 GPa" }}
-"""
+
+    def beam(name, length):
+        section = dict(shape="box", width="100 mm", height="100 mm", thickness="5 mm")
+        return body(name, "beam", length=length, section=section, material=dict(density=7850, youngs_modulus="210 GPa"))
+
     h = simulate(
         folder,
         "portal",
-        """
-[simulation]
-duration = 0.01
-start = "static"
-"""
-        + beam.format("left", 3)
-        + beam.format("girder", 4)
-        + beam.format("right", 3)
-        + """
-[[joint]]
-name = "left foot"
-kind = "weld"
-parent = "ground"
-child = "left.root"
-rotation = [0, 0, "90 deg"]
-[[joint]]
-name = "right foot"
-kind = "weld"
-parent = "ground"
-child = "right.root"
-position = [4, 0, 0]
-rotation = [0, 0, "90 deg"]
-[[joint]]
-name = "left corner"
-kind = "weld"
-parent = "left.tip"
-child = "girder.root"
-rotation = [0, 0, "-90 deg"]
-[[joint]]
-name = "right corner"
-kind = "weld"
-parent = "girder.tip"
-child = "right.tip"
-rotation = [0, 0, "90 deg"]
-[[force]]
-name = "wind"
-kind = "force"
-on = "left.tip"
-direction = [1, 0, 0]
-value = "2 kN"
-[[output]]
-name = "sway"
-of = "girder.root"
-quantity = "position"
-[[output]]
-name = "foot"
-of = "left foot"
-quantity = "reaction"
-""",
+        simulation(0.01, start="static"),
+        beam("left", 3),
+        beam("girder", 4),
+        beam("right", 3),
+        joint("left foot", "weld", "ground", "left.root", rotation=[0, 0, "90 deg"]),
+        joint("right foot", "weld", "ground", "right.root", position=[4, 0, 0], rotation=[0, 0, "90 deg"]),
+        joint("left corner", "weld", "left.tip", "girder.root", rotation=[0, 0, "-90 deg"]),
+        joint("right corner", "weld", "girder.tip", "right.tip", rotation=[0, 0, "90 deg"]),
+        force("force", "left.tip", name="wind", direction=[1, 0, 0], value="2 kN"),
+        output("sway", "girder.root", "position"),
+        output("foot", "left foot", "reaction"),
     )
     ei, shear = 210e9 * (0.1**4 - 0.09**4) / 12, 210e9 / 2.6 * 2 * 0.1 * 0.005  # its two webs carry the transverse force
     column, girder = 1 + 12 * ei / (shear * 9), 1 + 12 * ei / (shear * 16)

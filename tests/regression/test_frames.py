@@ -4,6 +4,7 @@ import pathlib
 import numpy as np
 from arrays import off, refused, simulate
 from program import finish, temporary_folder
+from scene_text import joint, output
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
@@ -20,14 +21,6 @@ def head(duration, more="gravity = [0, -9.81, 0]", rate=100):
 def rigid(name, mass, inertia, frames=""):
     frames = f"frames = {{ {frames} }}\n" if frames else ""
     return f'[[body]]\nname = "{name}"\nkind = "rigid"\nmass = {mass}\ninertia = {inertia}\n{frames}'
-
-
-def joint(name, kind, parent, child, more=""):
-    return f'[[joint]]\nname = "{name}"\nkind = "{kind}"\nparent = "{parent}"\nchild = "{child}"\n{more}\n'
-
-
-def output(name, of, quantity, more=""):
-    return f'[[output]]\nname = "{name}"\nof = "{of}"\nquantity = "{quantity}"\n{more}\n'
 
 
 def vector(r, name):

@@ -2,6 +2,7 @@
 import pathlib
 
 from program import expect, finish, run, temporary_folder
+from scene_text import joint
 
 HEAD = """[simulation]
 duration = 0.2
@@ -20,10 +21,6 @@ frames = {{ tip = [1, 0, 0] }}
 
 def body(*names):
     return "".join(ROD.format(name=name) for name in names)
-
-
-def joint(name, kind, parent, child, more=""):
-    return f'[[joint]]\nname = "{name}"\nkind = "{kind}"\nparent = "{parent}"\nchild = "{child}"\n{more}\n'
 
 
 def force(text):

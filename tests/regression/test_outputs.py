@@ -5,6 +5,7 @@ import tempfile
 
 import h5py
 from program import expect, finish, history, near, run
+from scene_text import output
 
 
 def simulate(folder, text, name="s", *words):
@@ -12,10 +13,6 @@ def simulate(folder, text, name="s", *words):
     scene.write_text(text)
     run("simulate", scene, "-o", folder / f"{name}.h5", "--csv", folder / f"{name}.csv", *words)
     return history(folder / f"{name}.csv")
-
-
-def output(name, of, quantity, more=""):
-    return f'[[output]]\nname = "{name}"\nof = "{of}"\nquantity = "{quantity}"\n{more}\n'
 
 
 L, B, H, RHO, E, G = 2.0, 0.04, 0.02, 7850.0, 210e9, 9.81

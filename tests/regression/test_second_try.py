@@ -5,6 +5,7 @@ import pathlib
 import numpy as np
 from arrays import off
 from program import expect, finish, history, near, run, temporary_folder
+from scene_text import force, joint, output
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.special import ellipk
@@ -20,18 +21,6 @@ def head(duration, gravity="[0, -9.81, 0]", more=""):
 def rigid(name, mass=1, inertia="[0.01, 0.01, 0.01]", frames="", more=""):
     frames = f"frames = {{ {frames} }}\n" if frames else ""
     return f'[[body]]\nname = "{name}"\nkind = "rigid"\nmass = {mass}\ninertia = {inertia}\n{frames}{more}\n'
-
-
-def joint(name, kind, parent, child, more=""):
-    return f'[[joint]]\nname = "{name}"\nkind = "{kind}"\nparent = "{parent}"\nchild = "{child}"\n{more}\n'
-
-
-def force(kind, on, more):
-    return f'[[force]]\nkind = "{kind}"\non = "{on}"\n{more}\n'
-
-
-def output(name, of, quantity, more=""):
-    return f'[[output]]\nname = "{name}"\nof = "{of}"\nquantity = "{quantity}"\n{more}\n'
 
 
 def ground(frames):

@@ -5,6 +5,7 @@ import math
 import pathlib
 
 from program import expect, finish, near, run, temporary_folder
+from scene_text import output
 
 OSCILLATORS = """[simulation]
 duration = 4
@@ -41,10 +42,6 @@ on = "a"
 direction = [1, 0, 0]
 value = "FORCE"
 """
-
-
-def output(name, of, quantity):
-    return f'[[output]]\nname = "{name}"\nof = "{of}"\nquantity = "{quantity}"\n'
 
 
 OUTPUTS = (

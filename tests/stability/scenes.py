@@ -1,6 +1,8 @@
 """Scenes of the hard cases, as TOML text made from a few numbers."""
 import math
 
+from scene_text import joint, output
+
 
 def simulation(duration, rate=100.0, gravity=(0, 0, 0), tolerance=1e-6, more=""):
     return f"[simulation]\nduration = {duration!r}\noutput_rate = {rate!r}\ngravity = {list(gravity)}\ntolerance = {tolerance!r}\n{more}\n"
@@ -28,16 +30,8 @@ def beam(name, length, section, material, more=""):
     return f'[[body]]\nname = "{name}"\nkind = "beam"\nlength = {length!r}\nsection = {section}\nmaterial = {material}\n{more}\n'
 
 
-def joint(name, kind, parent, child, more=""):
-    return f'[[joint]]\nname = "{name}"\nkind = "{kind}"\nparent = "{parent}"\nchild = "{child}"\n{more}\n'
-
-
 def force(kind, on, value, direction=(0, 0, 1), more=""):
     return f'[[force]]\nkind = "{kind}"\non = "{on}"\ndirection = {list(direction)}\nvalue = "{value}"\n{more}\n'
-
-
-def output(name, of, quantity):
-    return f'[[output]]\nname = "{name}"\nof = "{of}"\nquantity = "{quantity}"\n'
 
 
 def energies():

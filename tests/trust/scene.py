@@ -3,6 +3,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Callable
 
+from scene_text import joint, output
 from truths import of_rectangles, torsion_rectangle
 
 MATERIALS = [
@@ -149,10 +150,6 @@ def beam(name, length, section, m, more=""):
     return f'[[body]]\nname = "{name}"\nkind = "beam"\nlength = {length!r}\nsection = {section}\nmaterial = {material(m)}\n{more}\n\n'
 
 
-def joint(name, kind, parent, child, more=""):
-    return f'[[joint]]\nname = "{name}"\nkind = "{kind}"\nparent = "{parent}"\nchild = "{child}"\n{more}\n\n'
-
-
 def weld(name, parent, child, more=""):
     return joint(name, "weld", parent, child, more)
 
@@ -168,7 +165,3 @@ def spring(on, start, stiffness, damping=0.0, rest=0.0, preload=0.0):
         f"stiffness = {float(stiffness)!r}\ndamping = {float(damping)!r}\n"
         f"rest = {float(rest)!r}\npreload = {float(preload)!r}\n\n"
     )
-
-
-def output(name, of, quantity):
-    return f'[[output]]\nname = "{name}"\nof = "{of}"\nquantity = "{quantity}"\n\n'
