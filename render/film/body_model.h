@@ -59,14 +59,14 @@ struct BeamStress {
 
 struct BodyModel {
   std::string name;
-  bool flexible = false;              // elastic displacements move its vertices
   render::Mesh mesh;                  // no triangles: drawn as markers at its nodes
   std::vector<glm::uvec3> triangles;  // of shading points
   std::vector<glm::vec3> colors;      // per shading point where the mesh has vertex colours or several materials, else empty
   render::Material material;
+  double yield_stress = 0.0;  // Pa: its colours by stress are shares of it
   float opacity = 1.0f;
-  double yield_stress = 0.0;     // Pa: its colours by stress are shares of it
   bool shares_of_yield = false;  // some body's are: those without a yield stress are grey
+  bool flexible = false;         // elastic displacements move its vertices
   GhostStyle ghost = GhostStyle::body;
   std::optional<glm::vec3> ghost_color;
   EdgeLines edges = EdgeLines::none;

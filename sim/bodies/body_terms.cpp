@@ -1,5 +1,6 @@
 #include "sim/bodies/body_terms.h"
 
+#include "sim/base/columns.h"
 #include "sim/bodies/axis_mass.h"
 
 namespace flexframe::sim {
