@@ -203,7 +203,7 @@ void animate_mechanism(const Words& w) {
   const Job job = read_job(w.body, w.settings);
   const sim::System system = sim::make_system(job.scene);
   const sim::Linearisation linear = sim::linearise(system);
-  if (linear.modes.empty()) throw sim::InputError(fmt::format("{}: the mechanism has no freedom to move", w.body));
+  if (linear.modes.empty()) throw sim::InputError(fmt::format("{}: the mechanism has no degree of freedom", w.body));
   const std::vector<int> modes = chosen_modes(w, linear.modes.size());
   nlohmann::ordered_json json = {{"warnings", linear.warnings}, {"notes", linear.notes}, {"modes", nlohmann::ordered_json::array()}};
   for (const sim::LinearMode& mode : linear.modes)

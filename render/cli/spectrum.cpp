@@ -129,7 +129,7 @@ int write_spectrum(const Words& w) {
   json.update({{"csv", csv.string()}, {"svg", svg.string()}, {"warnings", nlohmann::ordered_json::array()}});
   if (const auto fast = sim::faster_than_samples(results, samples.first, samples.count)) {
     const std::string text =
-        fmt::format("{} {}: it stands at a lower frequency in these spectra", fast->owner, sim::fast_motion_text(*fast));
+        fmt::format("{} {}: it appears at a lower frequency in these spectra", fast->owner, sim::fast_motion_text(*fast));
     json["warnings"].push_back(text);
     print_warnings({text});
   }

@@ -129,7 +129,8 @@ void print_found(const sim::Sweep& sweep, const sim::SweepTable& table, const si
     }
     for (const std::string& setting : sweep.design.fixed()) settings += " --set " + shell_word(setting);
     if (!found.at_ends.empty())
-      fmt::print("at an end    {}: it may be {} beyond\n", fmt::join(found.at_ends, ", "), sweep.goal->maximise ? "larger" : "smaller");
+      fmt::print("at an end    {}: the result may be {} beyond\n", fmt::join(found.at_ends, ", "),
+                 sweep.goal->maximise ? "larger" : "smaller");
     for (const sim::SweepLimit& limit : sweep.goal->limits) {
       const bool active = std::find(found.active.begin(), found.active.end(), limit.text) != found.active.end();
       fmt::print("limit        {}: {:.6g}{}\n", limit.text, table.responses(found.best, static_cast<Eigen::Index>(limit.response)),

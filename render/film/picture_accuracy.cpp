@@ -183,7 +183,7 @@ WayShares way_shares(const Animation& animation, const sim::Scene& scene, bool p
   out.samples = in_unit(sample_errors(animation, 4 * pictures_looked_at));
   out.raster = in_unit(raster_errors(animation, 2));
   if (!map.unknown.empty())
-    out.doubt = fmt::format("nothing tells the error of the kernel map of '{}': too few nodes", fmt::join(map.unknown, "', '"));
+    out.doubt = fmt::format("the error of the kernel map of '{}' is not known: too few nodes", fmt::join(map.unknown, "', '"));
   return out;
 }
 
@@ -292,13 +292,13 @@ sim::Results simulate_for_pictures(const sim::Scene& scene, const RenderSettings
     std::string advice = "ask for less";
     if (shares.map > 0.5 * shares.allowed)
       advice = fmt::format(
-          "the kernel map of '{}' alone takes {}: more nodes on it, another 'scheme', or its own shape functions "
+          "the error of the kernel map of '{}' alone is {}: it needs more nodes, another 'scheme', or its own shape functions "
           "(flexframe reduce)",
           last.map_body, distance_words(shares.map, shares.unit));
-    s.notes.warn("", fmt::format("the pictures are not known to keep {}: the estimate is {}; {}", asked.words,
+    s.notes.warn("", fmt::format("the pictures may miss the requested {}: the estimated error is {}; {}", asked.words,
                                  distance_words(shares.total, shares.unit), advice));
   }
-  if (!shares.doubt.empty()) s.notes.warn("", fmt::format("the pictures are not known to keep {}: {}", asked.words, shares.doubt));
+  if (!shares.doubt.empty()) s.notes.warn("", fmt::format("the pictures may miss the requested {}: {}", asked.words, shares.doubt));
   a.picture = shares;
   return results;
 }

@@ -446,7 +446,7 @@ void words_beside(render::Image& image, const StudyOverview& o) {
                18, flat_ink);
     if (o.map_pixels > 0.1 * half_pixel) {
       text.y += 6.0;
-      text.write(fmt::format("The map from the nodes of '{}' to its vertices takes {} more, in every setting", o.map_body,
+      text.write(fmt::format("The map from the nodes of '{}' to its vertices is {} off besides, in every setting", o.map_body,
                              pixels_words(o.map_pixels)),
                  18, o.map_pixels > half_pixel ? red : flat_ink);
     }
@@ -461,7 +461,7 @@ void words_beside(render::Image& image, const StudyOverview& o) {
   }
   text.y += 4;
   render::fill_rectangle(image, {text.x, text.y - 9, 15, 7}, flat_faint * 0.93f);
-  render::draw_text(image, {text.x + 22, text.y}, "front: nothing cheaper is as right", 17, flat_ink);
+  render::draw_text(image, {text.x + 22, text.y}, "front: nothing cheaper is as accurate", 17, flat_ink);
   text.y += 34;
   text.write(fmt::format("Along each line the tolerance falls. Truth: {}, itself off by {}.", o.reference,
                          o.reference_pixels >= 0.0 ? pixels_words(o.reference_pixels) : "an unknown distance"),
@@ -603,7 +603,8 @@ std::optional<StudyOverview> study_overview(const sim::Scene& given, const Overv
   const MapErrors map = map_errors(truth, &reference->scene, pictures_compared);
   out.map_pixels = map.largest.pixels;
   out.map_body = map.largest.picture < 0 ? "" : reference->results->bodies[map.largest.body].name;
-  if (!map.unknown.empty()) out.left_out.push_back(fmt::format("What the map to '{}' takes is not known.", fmt::join(map.unknown, "', '")));
+  if (!map.unknown.empty())
+    out.left_out.push_back(fmt::format("The error of the map to '{}' is not known.", fmt::join(map.unknown, "', '")));
   const std::string name = scene.title.empty() ? scene.file.stem().string() : scene.title;
   const OverviewPoint& best = out.points[static_cast<size_t>(out.recommended)];
   draw_figure(out,

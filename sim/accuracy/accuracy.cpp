@@ -375,7 +375,7 @@ Results simulate_as_asked(const Scene& scene, const SimulateOptions& options, co
     Results results = run_scene(scene, options);
     results.statistics.notes.warn("",
                                   fmt::format("accuracy = \"{}\" is kept where pictures are known (flexframe run and simulate); this run "
-                                              "has the tolerance {:g} and nobody compared it with that distance",
+                                              "has the tolerance {:g}, and whether it keeps that distance is not known",
                                               scene.simulation.picture_accuracy->words, results.statistics.tolerance));
     return results;
   }

@@ -58,8 +58,7 @@ void judge_structure(const SidFile& sid, const FlexibleBody& body, SidJudgement&
   const double rigid = 1e-9 * std::max(values.maxCoeff(), 0.0);
   const Eigen::Index negative = (values.array() < -rigid).count(), still = (values.array().abs() <= rigid).count();
   if (negative > 0)
-    out.contradicted.push_back(
-        fmt::format("Ke is not positive: {} modes grow by themselves (lowest eigenvalue {:.3g})", negative, values(0)));
+    out.contradicted.push_back(fmt::format("Ke is not positive: {} modes are unstable (lowest eigenvalue {:.3g})", negative, values(0)));
   if (still > 0)
     out.contradicted.push_back(fmt::format(
         "{} modes have no stiffness: rigid motions of the model are among the modes; the body's frame has them already", still));
@@ -77,8 +76,8 @@ void judge_structure(const SidFile& sid, const FlexibleBody& body, SidJudgement&
     }
   if (others > 0)
     out.contradicted.push_back(fmt::format(
-        "{} of {} labels name other frequencies than Ke and Me have: {:.6g} Hz is labelled, {:.6g} Hz it is (the first); labels "
-        "are no part of the simulation",
+        "{} of {} labels name other frequencies than Ke and Me have: the first says {:.6g} Hz where it is {:.6g} Hz; labels are no "
+        "part of the simulation",
         others, sid.nelastq, labels[first], out.frequencies(first)));
 }
 

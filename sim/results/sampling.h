@@ -22,7 +22,7 @@ struct FastMotion {
 std::optional<FastMotion> faster_than_samples(const Results& results, Eigen::Index first, Eigen::Index count);
 std::optional<FastMotion> faster_than_samples(const Results& results);
 
-// "moves about 70 times a second, faster than its 100 samples a second show; output_rate = 700 shows it".
+// "vibrates at about 70 Hz, too fast for 100 samples a second (aliasing); output_rate = 700 shows it".
 std::string fast_motion_text(const FastMotion& fast);
 
 }  // namespace flexframe::sim

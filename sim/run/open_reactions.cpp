@@ -42,12 +42,11 @@ void OpenReactions::look(System& system, size_t sample, size_t samples) {
 void OpenReactions::warn(Notes& into) const {
   for (const Watched& w : watched_)
     if (w.open > tolerated)
-      into.warn(
-          fmt::format("joint '{}'", w.joint),
-          fmt::format("rigid bodies leave open what this joint and others of its loop carry each: up to {:.2g} of the loop's largest "
-                      "reaction is shared out so that the squares are least{}; for the true shares make a body elastic, or let joints "
-                      "hold no more than the real ones do",
-                      std::min(w.open, 1.0), w.rubs ? ", and its friction follows that" : ""));
+      into.warn(fmt::format("joint '{}'", w.joint),
+                fmt::format("the reactions in its loop are statically indeterminate with rigid bodies: up to {:.2g} of the loop's largest "
+                            "reaction is shared out by least squares{}; for the true shares make a body elastic, or give its joints the "
+                            "freedoms that the real ones have",
+                            std::min(w.open, 1.0), w.rubs ? ", and its friction follows that" : ""));
 }
 
 }  // namespace flexframe::sim

@@ -290,7 +290,7 @@ quantity = "value"
         done = run("spectrum", folder / "fast.h5", "-o", folder / "fast.csv", "--json")
         told = json.loads(done.stdout)
         expect(bool(told["warnings"]) == (rate == 100) == ("WARNING" in done.stderr), f"{rate} samples a second: {told}")
-    expect("joint 'j' moves about 70" in table_of(folder / "fast100")[0]["message"], f"{table_of(folder / 'fast100')}")
+    expect("joint 'j' vibrates at about 70" in table_of(folder / "fast100")[0]["message"], f"{table_of(folder / 'fast100')}")
     expect(abs(float(row["f"]) - 70) < 0.05, f"a vibration of 70 Hz: {row}")
     # The smallest of five samples a period, at the same instants of each, is no smallest value: 0.81 of it.
     scene.write_text(text.replace("duration = 2", "duration = 0.1").replace("output_rate = 100", "output_rate = 350"))
