@@ -4,26 +4,14 @@ import pathlib
 import shutil
 
 from program import expect, finish, run, temporary_folder
+from scene_text import joint, output, rigid, simulation
 
-scene_text = """[simulation]
-duration = 0.1
-[[body]]
-name = "%s"
-kind = "rigid"
-mass = 1
-inertia = [1, 1, 1]
-mesh = "part.obj"
-[[joint]]
-name = "pin"
-kind = "revolute"
-parent = "ground"
-child = "%s"
-initial = { rate = 1 }
-[[output]]
-name = "angle"
-of = "pin"
-quantity = "value"
-"""
+pinned = (
+    simulation(0.1)
+    + rigid("%s", mass=1, inertia=[1, 1, 1], mesh="part.obj")
+    + joint("pin", "revolute", "ground", "%s", initial=dict(rate=1))
+    + output("angle", "pin", "value")
+)
 triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 
 
@@ -34,7 +22,7 @@ def listing(folder):
 with temporary_folder() as folder:
     folder = pathlib.Path(folder)
     scene, mesh, results = folder / "scene.toml", folder / "part.obj", folder / "r.h5"
-    scene.write_text(scene_text % ("rod", "rod"))
+    scene.write_text(pinned % ("rod", "rod"))
     mesh.write_text(triangle)
     run("simulate", scene, "-o", results)
     small = ["--size", "64x64", "--no-video"]
@@ -55,7 +43,7 @@ with temporary_folder() as folder:
     expect("none.h5" in done.stderr, done.stderr)
 
     # Files of a scene that cannot be read.
-    for text, word in [(scene_text.replace("part.obj", "../none.obj"), "none.obj"), (scene_text.replace("part.obj", "."), "directory")]:
+    for text, word in [(pinned.replace("part.obj", "../none.obj"), "none.obj"), (pinned.replace("part.obj", "."), "directory")]:
         scene.write_text(text % ("rod", "rod"))
         done = run("run", scene, "-o", folder / "no", *small, code=2)
         expect(word in done.stderr and not (folder / "no").exists(), f"{word}: {done.stderr}")
@@ -63,7 +51,7 @@ with temporary_folder() as folder:
     # Names that are paths are refused; what a scene makes lies below the output folder.
     before = listing(folder)
     for name in ["../up", "/tmp/up", "..", "a/b", "a\\\\b", ".hidden", "x.png"]:
-        scene.write_text(scene_text % (name, name))
+        scene.write_text(pinned % (name, name))
         done = run("run", scene, "-o", folder / "out", *small, code=2)
         expect("name" in done.stderr, f"name {name!r}: {done.stderr}")
     expect(listing(folder) == before, f"refused scenes left {listing(folder) - before}")
@@ -74,7 +62,7 @@ with temporary_folder() as folder:
     (out / "frames").mkdir(parents=True)
     for place in ["results.h5", "histories.csv", "scene.mp4", ".scene.unfinished.mp4", "frames/frame_00000.png"]:
         (out / place).symlink_to(victim)
-    scene.write_text('title = "../../../title"\n' + (scene_text % ("rod", "rod")).replace('"angle"', '"out angle"'))
+    scene.write_text('title = "../../../title"\n' + (pinned % ("rod", "rod")).replace('"angle"', '"out angle"'))
     run("run", scene, "-o", out, "--size", "64x64")
     fresh = listing(folder) - before
     expect(

@@ -11,57 +11,21 @@ import scipy.linalg
 import scipy.optimize
 
 from program import expect, flexframe, near, run, run_parts
+from scene_text import joint, output, rigid, section, simulation
 
 # A mass of 1 kg on a spring of one cycle a second, let go at 1 m; beside it an absorber on its own spring, at rest, for main = 1.
-oscillator = """[parameters]
-damping = 1
-stiffness = 3
-absorb = 0.5
-main = 1
-a = 0
-b = 0
-
-[simulation]
-duration = 20
-output_rate = 200
-gravity = [0, 0, 0]
-tolerance = 1e-9
-
-[[body]]
-name = "mass"
-kind = "rigid"
-mass = "main"
-inertia = [1, 1, 1]
-
-[[joint]]
-name = "slide"
-kind = "prismatic"
-parent = "ground"
-child = "mass"
-axis = [1, 0, 0]
-initial = { value = 1 }
-spring = { stiffness = "4*pi^2", damping = "damping" }
-
-[[output]]
-name = "x"
-of = "slide"
-quantity = "value"
-"""
-absorber = """
-[[body]]
-name = "absorber"
-kind = "rigid"
-mass = 0.1
-inertia = [1, 1, 1]
-
-[[joint]]
-name = "on_top"
-kind = "prismatic"
-parent = "mass"
-child = "absorber"
-axis = [1, 0, 0]
-spring = { stiffness = "stiffness", damping = "absorb" }
-"""
+oscillator = (
+    section("parameters", damping=1, stiffness=3, absorb=0.5, main=1, a=0, b=0)
+    + simulation(20, output_rate=200, gravity=[0, 0, 0], tolerance=1e-9)
+    + rigid("mass", mass="main", inertia=[1, 1, 1])
+    + joint(
+        "slide", "prismatic", "ground", "mass", axis=[1, 0, 0], initial=dict(value=1), spring=dict(stiffness="4*pi^2", damping="damping")
+    )
+    + output("x", "slide", "value")
+)
+absorber = rigid("absorber", mass=0.1, inertia=[1, 1, 1]) + joint(
+    "on_top", "prismatic", "mass", "absorber", axis=[1, 0, 0], spring=dict(stiffness="stiffness", damping="absorb")
+)
 
 
 def scene_in(folder, text=oscillator):

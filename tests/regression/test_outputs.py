@@ -5,7 +5,7 @@ import tempfile
 
 import h5py
 from program import expect, finish, history, near, run
-from scene_text import output
+from scene_text import body, force, ground, joint, output, rigid, section, simulation
 
 
 def simulate(folder, text, name="s", *words):
@@ -85,42 +85,23 @@ def turned(folder):
         near(h[f"s.{column}"][0], plain[f"s.{column}"][0], 1e-5 * max(1, abs(plain[f"s.{column}"][0])), f"turned world: {column}")
 
 
-SPRING = """[simulation]
-duration = 2
-output_rate = 500
-tolerance = 1e-9
-gravity = [0, -9.81, 0]
-[ground]
-frames = { top = [0, 1, 0] }
-[[body]]
-name = "m"
-kind = "rigid"
-mass = 2
-inertia = [0.01, 0.01, 0.01]
-[[joint]]
-name = "rail"
-kind = "prismatic"
-parent = "ground"
-child = "m"
-axis = [0, 1, 0]
-initial = { value = 0.2, rate = 0.5 }
-spring = { stiffness = 50, damping = 1, rest = 0.1 }
-stop = { lower = -0.1, stiffness = 1e4 }
-[[force]]
-name = "coil"
-kind = "spring-damper"
-on = "m"
-from = "ground.top"
-stiffness = 300
-damping = 4
-rest = 0.9
-[[force]]
-name = "push"
-kind = "force"
-on = "m"
-direction = [0, 1, 0]
-value = "10*sin(2 Hz*2*pi*t)"
-"""
+SPRING = (
+    simulation(2, output_rate=500, tolerance=1e-9, gravity=[0, -9.81, 0])
+    + ground(top=[0, 1, 0])
+    + rigid("m", mass=2, inertia=[0.01, 0.01, 0.01])
+    + joint(
+        "rail",
+        "prismatic",
+        "ground",
+        "m",
+        axis=[0, 1, 0],
+        initial=dict(value=0.2, rate=0.5),
+        spring=dict(stiffness=50, damping=1, rest=0.1),
+        stop=dict(lower=-0.1, stiffness=1e4),
+    )
+    + force("spring-damper", "m", name="coil", from_="ground.top", stiffness=300, damping=4, rest=0.9)
+    + force("force", "m", name="push", direction=[0, 1, 0], value="10*sin(2 Hz*2*pi*t)")
+)
 
 
 def forces(folder):
@@ -155,21 +136,9 @@ def friction(folder):
     """A block that slides to rest: Coulomb's force against its way, none left over once it rests."""
     h = simulate(
         folder,
-        """[simulation]
-duration = 1
-[[body]]
-name = "m"
-kind = "rigid"
-mass = 2
-[[joint]]
-name = "rail"
-kind = "prismatic"
-parent = "ground"
-child = "m"
-axis = [1, 0, 0]
-initial = { rate = 1 }
-friction = { coefficient = 0.2, normal_force = 20 }
-"""
+        simulation(1)
+        + rigid("m", mass=2)
+        + joint("rail", "prismatic", "ground", "m", axis=[1, 0, 0], initial=dict(rate=1), friction=dict(coefficient=0.2, normal_force=20))
         + output("f", "rail", "friction_force")
         + output("v", "rail", "rate"),
     )
@@ -182,9 +151,7 @@ def frames(folder):
     """Two cranks at different speeds: the angle between them; chord and tangent of a bent beam."""
     h = simulate(
         folder,
-        """[simulation]
-duration = 1
-"""
+        simulation(1)
         + "".join(
             f"""[[body]]
 name = "{name}"
@@ -224,23 +191,17 @@ initial = {{ rate = {rate} }}
 
 def units(folder):
     text = (
-        """[parameters]
-gap = "5 mm + 1 cm"
-[simulation]
-duration = 0.001
-[[body]]
-name = "b"
-kind = "rigid"
-mass = "1 kg + 500 g"
-inertia = [1, 1, 1]
-[[joint]]
-name = "j"
-kind = "revolute"
-parent = "ground"
-child = "b"
-position = ["gap + (2 mm)", "sqrt((3 mm)^2 + (4 mm)^2)", "(1 + 1) mm * 2"]
-initial = { value = "60 deg + 0.1" }
-"""
+        section("parameters", gap="5 mm + 1 cm")
+        + simulation(0.001)
+        + rigid("b", mass="1 kg + 500 g", inertia=[1, 1, 1])
+        + joint(
+            "j",
+            "revolute",
+            "ground",
+            "b",
+            position=["gap + (2 mm)", "sqrt((3 mm)^2 + (4 mm)^2)", "(1 + 1) mm * 2"],
+            initial=dict(value="60 deg + 0.1"),
+        )
         + output("p", "b", "position")
         + output("a", "j", "value")
     )
@@ -263,38 +224,21 @@ initial = { value = "60 deg + 0.1" }
 
 
 # A body and a beam under every kind of force.
-EVERY_FORCE = """[simulation]
-duration = 0.4
-output_rate = 1000
-tolerance = 1e-7
-[ground]
-frames = { hook = [0, 1, 0] }
-[[body]]
-name = "m"
-kind = "rigid"
-mass = 2
-inertia = [0.1, 0.2, 0.3]
-frames = { a = [0.1, 0, 0] }
-[[joint]]
-name = "m"
-kind = "free"
-parent = "ground"
-child = "m"
-initial = { value = [0.1, 0.05, 0.2, 0, 0, 0.1], rate = [1, 0.5, -0.3, 1, 2, 3] }
-[[body]]
-name = "bar"
-kind = "beam"
-length = 1
-keep_modes = 2
-section = { shape = "circle", diameter = "10 mm" }
-material = { density = 7850, youngs_modulus = "210 GPa" }
-[[joint]]
-name = "wall"
-kind = "weld"
-parent = "ground"
-child = "bar"
-position = [3, 0, 0]
-"""
+EVERY_FORCE = (
+    simulation(0.4, output_rate=1000, tolerance=1e-7)
+    + ground(hook=[0, 1, 0])
+    + rigid("m", mass=2, inertia=[0.1, 0.2, 0.3], frames=dict(a=[0.1, 0, 0]))
+    + joint("m", "free", "ground", "m", initial=dict(value=[0.1, 0.05, 0.2, 0, 0, 0.1], rate=[1, 0.5, -0.3, 1, 2, 3]))
+    + body(
+        "bar",
+        "beam",
+        length=1,
+        keep_modes=2,
+        section=dict(shape="circle", diameter="10 mm"),
+        material=dict(density=7850, youngs_modulus="210 GPa"),
+    )
+    + joint("wall", "weld", "ground", "bar", position=[3, 0, 0])
+)
 KINDS = {
     "world": 'kind = "force"\non = "m.a"\ndirection = [1, 0, 0]\nvalue = "3*sin(5*t)"',
     "follower": 'kind = "force"\non = "m.a"\nframe = "body"\ndirection = [0, 1, 0]\nvalue = 2',
@@ -473,27 +417,12 @@ def errors(folder):
 
 
 # A crank on a shaft, turned by a table of its angle.
-TABLE = """[simulation]
-duration = 0.5
-[[body]]
-name = "crank"
-kind = "rigid"
-mass = 1
-inertia = [1, 1, 1]
-frames = { spot = [1, 0, 0] }
-[[joint]]
-name = "shaft"
-kind = "revolute"
-parent = "ground"
-child = "crank"
-initial = { rate = 4 }
-[[force]]
-name = "gas"
-kind = "torque"
-on = "crank"
-direction = [0, 0, 1]
-value = { table = [[0, 5], [1, 7], [2, 4], [3, 6], [4, 5]], of = "shaft" }
-"""
+TABLE = (
+    simulation(0.5)
+    + rigid("crank", mass=1, inertia=[1, 1, 1], frames=dict(spot=[1, 0, 0]))
+    + joint("shaft", "revolute", "ground", "crank", initial=dict(rate=4))
+    + force("torque", "crank", name="gas", direction=[0, 0, 1], value=dict(table=[[0, 5], [1, 7], [2, 4], [3, 6], [4, 5]], of="shaft"))
+)
 
 
 def tables(folder):

@@ -5,6 +5,7 @@ import pathlib
 import tempfile
 
 from program import expect, finish, near, run
+from scene_text import joint, rigid, simulation
 
 STIFFNESS = 1000.0
 
@@ -126,20 +127,11 @@ def placed_mesh(folder):
     (folder / "part.obj").write_text("v 0 0 0\nv 400 0 0\nv 0 100 0\nv 0 0 50\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
     scene = folder / "mesh.toml"
     scene.write_text(
-        """[simulation]
-duration = 0.1
-[[body]]
-name = "b"
-kind = "rigid"
-mass = 1
-inertia = [0.1, 0.1, 0.1]
-mesh = { file = "part.obj", unit = "mm", position = [0, 0, 0.2], rotation = [0, 0, "90 deg"] }
-[[joint]]
-name = "j"
-kind = "weld"
-parent = "ground"
-child = "b"
-"""
+        simulation(0.1)
+        + rigid(
+            "b", mass=1, inertia=[0.1, 0.1, 0.1], mesh=dict(file="part.obj", unit="mm", position=[0, 0, 0.2], rotation=[0, 0, "90 deg"])
+        )
+        + joint("j", "weld", "ground", "b")
     )
     run("run", scene, "-o", folder / "out", "--size", "160x120", "--no-video", "--frames", "0:1")
     run("export", folder / "out" / "results.h5", "--to", "gltf", "-o", folder / "mesh.gltf")

@@ -11,42 +11,16 @@ import time
 import h5py
 
 from program import examples, expect, flexframe, history, run, run_parts
+from scene_text import joint, output, rigid, section, simulation
 
-pendulum = """[parameters]
-L = 0.5
-start = 0.5
-
-[simulation]
-duration = 1.5
-output_rate = 500
-gravity = [0, -9.81, 0]
-tolerance = 1e-8
-
-[[body]]
-name = "rod"
-kind = "rigid"
-mass = 2
-inertia = [0, "2*L^2/12", "2*L^2/12"]
-centre_of_mass = ["L/2", 0, 0]
-frames = { tip = ["L", 0, 0] }
-
-[[joint]]
-name = "pin"
-kind = "revolute"
-parent = "ground"
-child = "rod"
-initial = { value = "start - pi/2" }
-
-[[output]]
-name = "tip"
-of = "rod.tip"
-quantity = "position"
-
-[[output]]
-name = "angle"
-of = "pin"
-quantity = "value"
-"""
+pendulum = (
+    section("parameters", L=0.5, start=0.5)
+    + simulation(1.5, output_rate=500, gravity=[0, -9.81, 0], tolerance=1e-8)
+    + rigid("rod", mass=2, inertia=[0, "2*L^2/12", "2*L^2/12"], centre_of_mass=["L/2", 0, 0], frames=dict(tip=["L", 0, 0]))
+    + joint("pin", "revolute", "ground", "rod", initial=dict(value="start - pi/2"))
+    + output("tip", "rod.tip", "position")
+    + output("angle", "pin", "value")
+)
 
 
 def scene_in(folder):
@@ -260,25 +234,12 @@ def plots_and_indices(folder):
 
 def few_samples(folder):
     """A vibration of 70 Hz seen 100 times a second is one of 30 Hz in the samples: rows and spectra say so. 700 a second show it."""
-    text = """[simulation]
-duration = 2
-output_rate = 100
-[[body]]
-name = "m"
-kind = "rigid"
-mass = 1
-[[joint]]
-name = "j"
-kind = "prismatic"
-parent = "ground"
-child = "m"
-initial = { value = 0.01 }
-spring = { stiffness = "(2*pi*70)^2" }
-[[output]]
-name = "x"
-of = "j"
-quantity = "value"
-"""
+    text = (
+        simulation(2, output_rate=100)
+        + rigid("m", mass=1)
+        + joint("j", "prismatic", "ground", "m", initial=dict(value=0.01), spring=dict(stiffness="(2*pi*70)^2"))
+        + output("x", "j", "value")
+    )
     scene = folder / "fast.toml"
     for rate, end in ((100, "warned"), (700, "done")):
         scene.write_text(text.replace("output_rate = 100", f"output_rate = {rate}"))

@@ -5,43 +5,17 @@ import math
 import pathlib
 
 from program import expect, finish, near, run, temporary_folder
-from scene_text import output
+from scene_text import body, force, joint, output, rigid, section, simulation
 
-OSCILLATORS = """[simulation]
-duration = 4
-output_rate = 256
-[parameters]
-m = 2
-k = 800
-[[body]]
-name = "a"
-kind = "rigid"
-mass = "m"
-[[body]]
-name = "b"
-kind = "rigid"
-mass = "m"
-[[joint]]
-name = "ja"
-kind = "prismatic"
-parent = "ground"
-child = "a"
-axis = [1, 0, 0]
-spring = { stiffness = "k", damping = 4 }
-[[joint]]
-name = "jb"
-kind = "prismatic"
-parent = "a"
-child = "b"
-axis = [1, 0, 0]
-spring = { stiffness = "k", damping = 4 }
-[[force]]
-name = "push"
-kind = "force"
-on = "a"
-direction = [1, 0, 0]
-value = "FORCE"
-"""
+OSCILLATORS = (
+    simulation(4, output_rate=256)
+    + section("parameters", m=2, k=800)
+    + rigid("a", mass="m")
+    + rigid("b", mass="m")
+    + joint("ja", "prismatic", "ground", "a", axis=[1, 0, 0], spring=dict(stiffness="k", damping=4))
+    + joint("jb", "prismatic", "a", "b", axis=[1, 0, 0], spring=dict(stiffness="k", damping=4))
+    + force("force", "a", name="push", direction=[1, 0, 0], value="FORCE")
+)
 
 
 OUTPUTS = (
@@ -138,29 +112,17 @@ def beam(folder):
     """A cantilever driven at its tip: static compliance L^3 / (3 E I), the peak at its first frequency."""
     scene = folder / "beam.toml"
     scene.write_text(
-        """[simulation]
-duration = 1
-gravity = [0, -9.81, 0]
-start = "static"
-[[body]]
-name = "rod"
-kind = "beam"
-length = 1
-section = { shape = "rectangle", width = 0.04, height = 0.01 }
-material = { density = 7850, youngs_modulus = 210e9 }
-damping = { ratio = 0.02 }
-[[joint]]
-name = "wall"
-kind = "weld"
-parent = "ground"
-child = "rod"
-[[force]]
-name = "shaker"
-kind = "force"
-on = "rod.tip"
-direction = [0, 1, 0]
-value = 0
-"""
+        simulation(1, gravity=[0, -9.81, 0], start="static")
+        + body(
+            "rod",
+            "beam",
+            length=1,
+            section=dict(shape="rectangle", width=0.04, height=0.01),
+            material=dict(density=7850, youngs_modulus=210e9),
+            damping=dict(ratio=0.02),
+        )
+        + joint("wall", "weld", "ground", "rod")
+        + force("force", "rod.tip", name="shaker", direction=[0, 1, 0], value=0)
         + output("tip", "rod.tip", "displacement")
     )
     run("response", scene, "--force", "shaker", "--from", 0.01, "--to", 60, "--points", 200, "-o", folder / "b.csv")
@@ -232,41 +194,16 @@ def loop(folder):
     """A linkage swings about its static equilibrium with its loop closed: the film's samples hold the rod's length."""
     scene = folder / "loop.toml"
     scene.write_text(
-        """[simulation]
-duration = 1
-gravity = [0, -9.81, 0]
-"""
+        simulation(1, gravity=[0, -9.81, 0])
         + "".join(
             f'[[body]]\nname = "{n}"\nkind = "rigid"\nmass = 1\ninertia = [0.01, 0.01, 0.01]\n'
             f"centre_of_mass = [{l / 2}, 0, 0]\nframes = {{ end = [{l}, 0, 0] }}\n"
             for n, l in (("p", 0.3), ("c", 0.4), ("r", 0.3))
         )
-        + """[[joint]]
-name = "1"
-kind = "revolute"
-parent = "ground"
-child = "p"
-initial = { guess = -1.4 }
-spring = { stiffness = 20 }
-[[joint]]
-name = "2"
-kind = "revolute"
-parent = "p.end"
-child = "c"
-initial = { guess = 1.4 }
-[[joint]]
-name = "3"
-kind = "revolute"
-parent = "c.end"
-child = "r.end"
-[[joint]]
-name = "4"
-kind = "revolute"
-parent = "ground"
-child = "r"
-position = [0.4, 0, 0]
-initial = { guess = -1.4 }
-"""
+        + joint("1", "revolute", "ground", "p", initial=dict(guess=-1.4), spring=dict(stiffness=20))
+        + joint("2", "revolute", "p.end", "c", initial=dict(guess=1.4))
+        + joint("3", "revolute", "c.end", "r.end")
+        + joint("4", "revolute", "ground", "r", position=[0.4, 0, 0], initial=dict(guess=-1.4))
     )
     run("modes", scene, "-o", folder / "loop", "--pictures", 3, "--size", "160x120", "--no-video", "--amplitude", 0.05)
     expect(len(list((folder / "loop").rglob("*.png"))) == 3, "three pictures of the one mode")
@@ -276,43 +213,13 @@ def spectra(folder):
     scene = folder / "driven.toml"
     # Free of the springs: a mass on a rail that is moved by a sum of sines has them exactly.
     scene.write_text(
-        """[simulation]
-duration = 4
-output_rate = 256
-[[body]]
-name = "m"
-kind = "rigid"
-mass = 1
-[[joint]]
-name = "j"
-kind = "prismatic"
-parent = "ground"
-child = "m"
-axis = [1, 0, 0]
-motion = "0.3 + 0.02*sin(2*pi*8*t) + 0.005*sin(2*pi*20*t + 1)"
-[[body]]
-name = "w"
-kind = "rigid"
-mass = 1
-inertia = [1, 1, 1]
-[[joint]]
-name = "shaft"
-kind = "revolute"
-parent = "ground"
-child = "w"
-motion = "2*pi*(2*t + 0.5*t*t)"
-[[joint]]
-name = "cam"
-kind = "prismatic"
-parent = "ground"
-child = "v"
-axis = [0, 1, 0]
-motion = "0.01*sin(3*2*pi*(2*t + 0.5*t*t))"
-[[body]]
-name = "v"
-kind = "rigid"
-mass = 1
-"""
+        simulation(4, output_rate=256)
+        + rigid("m", mass=1)
+        + joint("j", "prismatic", "ground", "m", axis=[1, 0, 0], motion="0.3 + 0.02*sin(2*pi*8*t) + 0.005*sin(2*pi*20*t + 1)")
+        + rigid("w", mass=1, inertia=[1, 1, 1])
+        + joint("shaft", "revolute", "ground", "w", motion="2*pi*(2*t + 0.5*t*t)")
+        + joint("cam", "prismatic", "ground", "v", axis=[0, 1, 0], motion="0.01*sin(3*2*pi*(2*t + 0.5*t*t))")
+        + rigid("v", mass=1)
         + output("x", "j", "value")
         + output("angle", "shaft", "value")
         + output("y", "cam", "value")
