@@ -8,6 +8,7 @@ from arrays import simulate_and_say as simulate
 from program import expect, finish, near, run, temporary_folder
 from scene_text import output
 from scipy.integrate import quad, solve_ivp
+from scipy.spatial.transform import Rotation
 
 E, nu, rho = 70e9, 0.3, 2700.0
 G = E / 2 / (1 + nu)
@@ -137,7 +138,7 @@ def arcs(folder):
     I, J = math.pi * d**4 / 64, math.pi * d**4 / 32
     curve = f'axis = {{ x = "{R}*sin(u)", y = "{R}*(1 - cos(u))", to = "pi/2" }}\nsection = {{ shape = "circle", diameter = {d} }}\n'
     for turn in ("", "rotation = [0.4, -0.3, 0.9]\n"):
-        turned = rotation([0.4, -0.3, 0.9]) if turn else np.eye(3)
+        turned = Rotation.from_rotvec([0.4, -0.3, 0.9]).as_matrix() if turn else np.eye(3)
         for volumes, bound in ((10, 6e-3), (20, 1.5e-3))[: 1 if turn else 2]:
 
             def tip(direction):
@@ -177,14 +178,6 @@ def arcs(folder):
     )
     r = simulate(folder, scene)
     near(np.max(np.abs(r["E"] - r["E"][0])), 0, 1e-5 * np.max(r["T"]), "a swinging arc, energy")
-
-
-def rotation(a):
-    a = np.array(a)
-    angle = np.linalg.norm(a)
-    k = a / angle
-    K = np.array([[0, -k[2], k[1]], [k[2], 0, -k[0]], [-k[1], k[0], 0]])
-    return np.eye(3) + math.sin(angle) * K + (1 - math.cos(angle)) * K @ K
 
 
 def coil_spring(folder):
@@ -317,7 +310,6 @@ frame_path = [[0, 0], [0.951, 0.054], [4.115, 0.071], [5.502, 1.506], [4.643, 3.
 
 def frame_reference(n, duration=6.0):
     """Simo and Vu-Quoc's frame as geometrically exact beams in space: n linear elements a leg with one point, Runge and Kutta's steps."""
-    from scipy.spatial.transform import Rotation
 
     h, J, C, D = 10.0 / n, np.diag([20.0, 10.0, 10.0]), np.array([1e6] * 3), np.array([1e3] * 3)
     count, step = 2 * n + 1, 0.004 / n

@@ -8,6 +8,7 @@ from arrays import simulate_and_say as simulate
 from program import expect, finish, temporary_folder
 from scene_text import joint
 from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
 
 g = 9.81
 turned_world = "rotation = [0.3, -0.5, 0.8]\n"
@@ -52,7 +53,7 @@ def cams(folder):
         for turn in ("", turned_world):
             down = "[0, -9.81, 0]"
             if turn:
-                down = str(list(np.array([0, -g, 0]) @ matrix([0.3, -0.5, 0.8]).T))
+                down = str(list(np.array([0, -g, 0]) @ Rotation.from_rotvec([0.3, -0.5, 0.8]).as_matrix().T))
             joints = joint("shaft", "revolute", "ground", "cam", f"initial = {{ rate = {w0} }}\n{turn}")
             joints += joint("rail", "prismatic", "ground", "follower", f"axis = [0, 1, 0]\n{turn}")
             h = simulate(folder, simulation(2, down) + bodies + joints + coupling + outs)
@@ -76,14 +77,6 @@ def cams(folder):
     short = coupling.replace(f'"{e}*(1 - cos(angle))"', "{ table = [[0, 0], [1, 0.001], [2, 0.004], [3, 0.009]] }")
     says = simulate(folder, simulation(2) + bodies + driven + short + outs)["said"]
     expect("leaves the table of its lift" in says, f"a cam beyond its table: {says}")
-
-
-def matrix(a):
-    a = np.array(a)
-    angle = np.linalg.norm(a)
-    k = a / angle
-    K = np.array([[0, -k[2], k[1]], [k[2], 0, -k[0]], [-k[1], k[0], 0]])
-    return np.eye(3) + math.sin(angle) * K + (1 - math.cos(angle)) * K @ K
 
 
 def ropes(folder):

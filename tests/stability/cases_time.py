@@ -299,6 +299,20 @@ def thin_film(run):
 # Snap-through
 
 
+def heights(accelerate, y, duration, steps, each):
+    """y after every `each` steps of y'' = accelerate(y, y') from rest, by Runge and Kutta's method of fourth order."""
+    dt, v, out = duration / steps, 0.0, [y]
+    for i in range(steps):
+        k1, l1 = v, accelerate(y, v)
+        k2, l2 = v + dt / 2 * l1, accelerate(y + dt / 2 * k1, v + dt / 2 * l1)
+        k3, l3 = v + dt / 2 * l2, accelerate(y + dt / 2 * k2, v + dt / 2 * l2)
+        k4, l4 = v + dt * l3, accelerate(y + dt * k3, v + dt * l3)
+        y, v = y + dt / 6 * (k1 + 2 * k2 + 2 * k3 + k4), v + dt / 6 * (l1 + 2 * l2 + 2 * l3 + l4)
+        if (i + 1) % each == 0:
+            out.append(y)
+    return out
+
+
 @case(
     "von Mises truss snaps through: weight on two inclined springs under a load beyond their limit",
     "height against a Runge-Kutta integration / range",
@@ -313,15 +327,7 @@ def snap_through(run):
         n = k * (now - length)
         return (-2 * (n + c * v * y / now) * y / now - load) / mass
 
-    steps, dt, y, v, truth = 200000, 0.5 / 200000, h0, 0.0, [h0]
-    for i in range(steps):
-        k1, l1 = v, accelerate(y, v)
-        k2, l2 = v + dt / 2 * l1, accelerate(y + dt / 2 * k1, v + dt / 2 * l1)
-        k3, l3 = v + dt / 2 * l2, accelerate(y + dt / 2 * k2, v + dt / 2 * l2)
-        k4, l4 = v + dt * l3, accelerate(y + dt * k3, v + dt * l3)
-        y, v = y + dt / 6 * (k1 + 2 * k2 + 2 * k3 + k4), v + dt / 6 * (l1 + 2 * l2 + 2 * l3 + l4)
-        if (i + 1) % 1000 == 0:
-            truth.append(y)
+    truth = heights(accelerate, h0, 0.5, 200000, 1000)
     text = (
         simulation(0.5, 400)
         + rigid("m", mass, (1e-3,) * 3)
@@ -349,15 +355,7 @@ def arch_in_motion(run):
         now = math.hypot(half, y)
         return (-2 * E * area * (now - length) / length * y / now - load - c * v) / mass
 
-    steps, dt, y, v, truth = 20000, 0.05 / 20000, rise, 0.0, [rise]
-    for i in range(steps):
-        k1, l1 = v, accelerate(y, v)
-        k2, l2 = v + dt / 2 * l1, accelerate(y + dt / 2 * k1, v + dt / 2 * l1)
-        k3, l3 = v + dt / 2 * l2, accelerate(y + dt / 2 * k2, v + dt / 2 * l2)
-        k4, l4 = v + dt * l3, accelerate(y + dt * k3, v + dt * l3)
-        y, v = y + dt / 6 * (k1 + 2 * k2 + 2 * k3 + k4), v + dt / 6 * (l1 + 2 * l2 + 2 * l3 + l4)
-        if (i + 1) % 400 == 0:
-            truth.append(y)
+    truth = heights(accelerate, rise, 0.05, 20000, 400)
     text = simulation(0.05, 1000, tolerance=1e-7) + rigid("m", m, (1e-3,) * 3)
     for name in "ab":
         text += (

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from kinds_rich import ALL, pair
 from scene import Scene, beam, force, joint, output, pick, rigid, simulation, sizes, spring, weld
-from truths import Linear, beam_matrices, rod_matrices, rotate
+from truths import Linear, beam_matrices, bending_element, rod_matrices, rotate
 
 SILICON = {"E": 1.6e11, "rho": 2330.0, "poisson": 0.22}
 
@@ -255,43 +255,11 @@ def shaken_frame(r):
             d = np.subtract(nodes[a + 1], nodes[a])
             h = np.hypot(*d)
             c, sn = d / h
-            phi = 12 * E * I / (s["shear_y"] * G * A * h * h)
-            k = np.zeros((6, 6))
-            mm = np.zeros((6, 6))
+            k, mm = np.zeros((6, 6)), np.zeros((6, 6))
             k[np.ix_((0, 3), (0, 3))] = E * A / h * np.array([[1, -1], [-1, 1]])
             mm[np.ix_((0, 3), (0, 3))] = rho * A * h / 6 * np.array([[2, 1], [1, 2]])
-            x, w = np.polynomial.legendre.leggauss(5)
-            for xi, wi in zip((x + 1) / 2, w / 2 * h):
-                N = np.array(
-                    [
-                        1 - 3 * xi**2 + 2 * xi**3 + phi * (1 - xi),
-                        h * (xi - 2 * xi**2 + xi**3 + phi / 2 * (xi - xi**2)),
-                        3 * xi**2 - 2 * xi**3 + phi * xi,
-                        h * (-(xi**2) + xi**3 - phi / 2 * (xi - xi**2)),
-                    ]
-                ) / (1 + phi)
-                R = np.array(
-                    [
-                        6 * (xi**2 - xi) / h,
-                        1 - 4 * xi + 3 * xi**2 + phi * (1 - xi),
-                        6 * (xi - xi**2) / h,
-                        3 * xi**2 - 2 * xi + phi * xi,
-                    ]
-                ) / (1 + phi)
-                mm[np.ix_((1, 2, 4, 5), (1, 2, 4, 5))] += wi * (rho * A * np.outer(N, N) + rho * I * np.outer(R, R))
-            k[np.ix_((1, 2, 4, 5), (1, 2, 4, 5))] = (
-                E
-                * I
-                / (h**3 * (1 + phi))
-                * np.array(
-                    [
-                        [12, 6 * h, -12, 6 * h],
-                        [6 * h, (4 + phi) * h * h, -6 * h, (2 - phi) * h * h],
-                        [-12, -6 * h, 12, -6 * h],
-                        [6 * h, (2 - phi) * h * h, -6 * h, (4 + phi) * h * h],
-                    ]
-                )
-            )
+            across = np.ix_((1, 2, 4, 5), (1, 2, 4, 5))
+            mm[across], k[across] = bending_element(h, E * I, rho * A, s["shear_y"] * G * A, rho * I)
             T = np.kron(np.eye(2), np.array([[c, sn, 0], [-sn, c, 0], [0, 0, 1]]))
             i = slice(3 * a, 3 * a + 6)
             M[i, i] += T.T @ mm @ T

@@ -8,7 +8,7 @@ from scene import Scene, beam, force, joint, output, rigid, simulation, weld
 from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
 from scipy.optimize import brentq
-from truths import Linear, beam_matrices, ode, piecewise, rod_matrices
+from truths import Linear, beam_matrices, bending_element, ode, piecewise, rod_matrices
 
 DOWN = "rotation = [0, 0, -1.5707963267948966]"
 
@@ -645,33 +645,9 @@ def tapered_modes():
             D = a + (b - a) * (e + 0.5) / n
             I, A = (0.02 * D**3 / 12, 0.02 * D) if shape == "rectangle" else (math.pi * D**4 / 64, math.pi * D * D / 4)
             i = slice(2 * e, 2 * e + 4)
-            K[i, i] += (
-                E
-                * I
-                / h**3
-                * np.array(
-                    [
-                        [12, 6 * h, -12, 6 * h],
-                        [6 * h, 4 * h * h, -6 * h, 2 * h * h],
-                        [-12, -6 * h, 12, -6 * h],
-                        [6 * h, 2 * h * h, -6 * h, 4 * h * h],
-                    ]
-                )
-            )
-            M[i, i] += (
-                RHO
-                * A
-                * h
-                / 420
-                * np.array(
-                    [
-                        [156, 22 * h, 54, -13 * h],
-                        [22 * h, 4 * h * h, 13 * h, -3 * h * h],
-                        [54, 13 * h, 156, -22 * h],
-                        [-13 * h, -3 * h * h, -22 * h, 4 * h * h],
-                    ]
-                )
-            )
+            m, k = bending_element(h, E * I, RHO * A)
+            M[i, i] += m
+            K[i, i] += k
         w = np.sqrt(eigh(K[2:, 2:], M[2:, 2:], eigvals_only=True)[:2])
         sec = lambda D: f'shape = "rectangle", height = {D}, width = 0.02' if shape == "rectangle" else f'shape = "circle", diameter = {D}'
         for words in ("", "volumes = 60\n"):

@@ -80,37 +80,24 @@ def rod_matrices(length, EA, rhoA, elements=80, tip_mass=0.0):
     return M[1:, 1:], K[1:, 1:]
 
 
-def beam_matrices(length, EI, rhoA, elements=20, kGA=math.inf, rhoI=0.0, tip_mass=0.0, tip_inertia=0.0):
-    """Bending, clamped at the root: M, K over (deflection, slope) of the free nodes; with kGA Timoshenko's static shape functions."""
-    h = length / elements
+def bending_element(h, EI, rhoA=0.0, kGA=math.inf, rhoI=0.0):
+    """m, k of an element over (deflection, slope) of its ends; with kGA Timoshenko's static shape functions."""
     phi = 12 * EI / (kGA * h * h) if math.isfinite(kGA) else 0.0
-    k = (
-        EI
-        / (h**3 * (1 + phi))
-        * np.array(
-            [
-                [12, 6 * h, -12, 6 * h],
-                [6 * h, (4 + phi) * h * h, -6 * h, (2 - phi) * h * h],
-                [-12, -6 * h, 12, -6 * h],
-                [6 * h, (2 - phi) * h * h, -6 * h, (4 + phi) * h * h],
-            ]
-        )
-    )
+    k = [[12, 6 * h, -12, 6 * h], [6 * h, (4 + phi) * h * h, -6 * h, (2 - phi) * h * h]]
+    k += [[-12, -6 * h, 12, -6 * h], [6 * h, (2 - phi) * h * h, -6 * h, (4 + phi) * h * h]]
     x, w = np.polynomial.legendre.leggauss(5)
     m = np.zeros((4, 4))
     for xi, wi in zip((x + 1) / 2, w / 2 * h):
-        N = np.array(
-            [
-                1 - 3 * xi**2 + 2 * xi**3 + phi * (1 - xi),
-                h * (xi - 2 * xi**2 + xi**3 + phi / 2 * (xi - xi**2)),
-                3 * xi**2 - 2 * xi**3 + phi * xi,
-                h * (-(xi**2) + xi**3 - phi / 2 * (xi - xi**2)),
-            ]
-        ) / (1 + phi)
-        R = np.array(
-            [6 * (xi**2 - xi) / h, 1 - 4 * xi + 3 * xi**2 + phi * (1 - xi), 6 * (xi - xi**2) / h, 3 * xi**2 - 2 * xi + phi * xi]
-        ) / (1 + phi)
-        m += wi * (rhoA * np.outer(N, N) + rhoI * np.outer(R, R))
+        N = [1 - 3 * xi**2 + 2 * xi**3 + phi * (1 - xi), h * (xi - 2 * xi**2 + xi**3 + phi / 2 * (xi - xi**2))]
+        N += [3 * xi**2 - 2 * xi**3 + phi * xi, h * (-(xi**2) + xi**3 - phi / 2 * (xi - xi**2))]
+        R = [6 * (xi**2 - xi) / h, 1 - 4 * xi + 3 * xi**2 + phi * (1 - xi), 6 * (xi - xi**2) / h, 3 * xi**2 - 2 * xi + phi * xi]
+        m += wi * (rhoA * np.outer(N, N) + rhoI * np.outer(R, R)) / (1 + phi) ** 2
+    return m, EI / (h**3 * (1 + phi)) * np.array(k)
+
+
+def beam_matrices(length, EI, rhoA, elements=20, kGA=math.inf, rhoI=0.0, tip_mass=0.0, tip_inertia=0.0):
+    """Bending, clamped at the root: M, K over (deflection, slope) of the free nodes."""
+    m, k = bending_element(length / elements, EI, rhoA, kGA, rhoI)
     n = 2 * (elements + 1)
     M, K = np.zeros((n, n)), np.zeros((n, n))
     for e in range(elements):
@@ -133,21 +120,9 @@ def frame_at_rest(nodes, members, held, loads):
         d = np.subtract(nodes[b], nodes[a])
         L = np.hypot(*d)
         c, s = d / L
-        phi = 12 * EI / (kGA * L * L)
         k = np.zeros((6, 6))
         k[np.ix_((0, 3), (0, 3))] = EA / L * np.array([[1, -1], [-1, 1]])
-        k[np.ix_((1, 2, 4, 5), (1, 2, 4, 5))] = (
-            EI
-            / (L**3 * (1 + phi))
-            * np.array(
-                [
-                    [12, 6 * L, -12, 6 * L],
-                    [6 * L, (4 + phi) * L * L, -6 * L, (2 - phi) * L * L],
-                    [-12, -6 * L, 12, -6 * L],
-                    [6 * L, (2 - phi) * L * L, -6 * L, (4 + phi) * L * L],
-                ]
-            )
-        )
+        k[np.ix_((1, 2, 4, 5), (1, 2, 4, 5))] = bending_element(L, EI, kGA=kGA)[1]
         T = np.kron(np.eye(2), np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]))
         i = np.r_[3 * a : 3 * a + 3, 3 * b : 3 * b + 3]
         K[np.ix_(i, i)] += T.T @ k @ T
