@@ -18,16 +18,20 @@ double finite_share(double finite2, double linear2) {
   return t * t * (3.0 - 2.0 * t);
 }
 
+// Derivatives of the displacement along the tangents, as columns.
+Mat3 slopes_along(const ArmLift::Estimate& e, const Points& displacement) {
+  Mat3 slope = Mat3::Zero();
+  for (int t = 0; t < e.tangents; ++t)
+    for (size_t k = 0; k < e.node.size(); ++k)
+      slope.col(t) += e.gradient(t, static_cast<Eigen::Index>(k)) * displacement.row(e.node[k]).transpose();
+  return slope;
+}
+
 // Estimated rotation of a director node from the derivatives along its tangents.
 Mat3 estimated_rotation(const ArmLift::Estimate& e, const Points& displacement) {
   if (e.tangents == 0) return Mat3::Identity();
-  Mat3 moved = Mat3::Zero();
-  for (int t = 0; t < e.tangents; ++t) {
-    Vec3 slope = Vec3::Zero();
-    for (size_t k = 0; k < e.node.size(); ++k)
-      slope += e.gradient(t, static_cast<Eigen::Index>(k)) * displacement.row(e.node[k]).transpose();
-    moved.col(t) = e.frame.col(t) + slope;
-  }
+  Mat3 moved = slopes_along(e, displacement);
+  moved.leftCols(e.tangents) += e.frame.leftCols(e.tangents);
   if (e.tangents == 3) return nearest_rotation(moved * e.frame.inverse());
   if (e.tangents == 1) {
     const double length = moved.col(0).norm();
@@ -43,10 +47,7 @@ Mat3 estimated_rotation(const ArmLift::Estimate& e, const Points& displacement) 
 
 // Its linearisation: theta with theta x n = -sum_t (n . G t) t, and the mean turn within the plane.
 Vec3 estimated_rotation_linear(const ArmLift::Estimate& e, const Points& displacement) {
-  Mat3 slope = Mat3::Zero();
-  for (int t = 0; t < e.tangents; ++t)
-    for (size_t k = 0; k < e.node.size(); ++k)
-      slope.col(t) += e.gradient(t, static_cast<Eigen::Index>(k)) * displacement.row(e.node[k]).transpose();
+  Mat3 slope = slopes_along(e, displacement);
   if (e.tangents == 0) return Vec3::Zero();
   if (e.tangents == 1) return e.frame.col(0).cross(Vec3(slope.col(0))) / e.frame.col(0).squaredNorm();
   const Mat3 inverse = e.frame.inverse();
@@ -58,10 +59,7 @@ Vec3 estimated_rotation_linear(const ArmLift::Estimate& e, const Points& displac
 
 // Directions of the node's frame after the motion less before, as columns for e_x e_y e_z.
 Mat3 estimated_turn(const ArmLift::Estimate& e, const Points& displacement) {
-  Mat3 slope = Mat3::Zero();
-  for (int t = 0; t < e.tangents; ++t)
-    for (size_t k = 0; k < e.node.size(); ++k)
-      slope.col(t) += e.gradient(t, static_cast<Eigen::Index>(k)) * displacement.row(e.node[k]).transpose();
+  const Mat3 slope = slopes_along(e, displacement);
   double finite2 = 0.0, linear2 = 0.0;
   for (int a = 0; a < e.tangents; ++a)
     for (int b = 0; b < e.tangents; ++b) {

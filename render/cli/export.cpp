@@ -58,8 +58,7 @@ nlohmann::ordered_json export_gltf(const ResultsJob& job, const Words& words, co
   film::GltfReport report;
   render::write_file(
       out, film::make_gltf(animation, words.scale, out.extension() != ".gltf", report, {.ghosts = words.ghosts, .traces = words.traces}));
-  notes.insert(notes.end(), animation.warnings.begin(), animation.warnings.end());
-  notes.insert(notes.end(), animation.notes.begin(), animation.notes.end());
+  add_notes(notes, animation);
   notes.insert(notes.end(), report.notes.begin(), report.notes.end());
   return {{"nodes", report.nodes},
           {"morph_targets", report.morph_targets},
@@ -88,8 +87,7 @@ nlohmann::ordered_json export_vtk(const ResultsJob& job, double scale, const fs:
   const auto show = [&](int done, int all) { progress.show(double(done) / all); };
   const film::VtkReport report =
       name.empty() ? film::write_vtkhdf(animation, scale, out, show) : film::write_vtk(animation, scale, out, name, show);
-  notes.insert(notes.end(), animation.warnings.begin(), animation.warnings.end());
-  notes.insert(notes.end(), animation.notes.begin(), animation.notes.end());
+  add_notes(notes, animation);
   return {{"pictures", report.pictures}, {"index", report.index.string()}};
 }
 
@@ -100,8 +98,7 @@ nlohmann::ordered_json export_video(const ResultsJob& job, const RenderWords& re
   words.video = out.string();
   const DrawingReport report = run_drawing(job.results, job.settings, job.scene ? &*job.scene : nullptr, words, folder.path, "film");
   if (!report.video.made) throw std::runtime_error(report.video.note);
-  notes.insert(notes.end(), report.warnings.begin(), report.warnings.end());
-  notes.insert(notes.end(), report.notes.begin(), report.notes.end());
+  add_notes(notes, report);
   return {{"pictures", report.film.pictures}, {"size", {report.size.width, report.size.height}}};
 }
 

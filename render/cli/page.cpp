@@ -19,8 +19,7 @@ nlohmann::ordered_json write_page(const sim::Results& results, const film::Rende
   film::PageReport report;
   const std::string page = film::make_page(animation, png, report);
   render::write_file(out, {reinterpret_cast<const std::uint8_t*>(page.data()), page.size()});
-  notes.insert(notes.end(), animation.warnings.begin(), animation.warnings.end());
-  notes.insert(notes.end(), animation.notes.begin(), animation.notes.end());
+  add_notes(notes, animation);
   notes.insert(notes.end(), report.notes.begin(), report.notes.end());
   return {{"page", out.string()},    {"pictures", report.pictures},
           {"bodies", report.bodies}, {"triangles", report.triangles},

@@ -17,4 +17,11 @@ nlohmann::ordered_json write_page(const sim::Results& results, const film::Rende
                                   const std::filesystem::path& out, std::vector<std::string>& notes);
 void print_page(const nlohmann::ordered_json& page);
 
+// What was said while an animation was made and exported (an Animation, a DrawingReport).
+template <class Said>
+void add_notes(std::vector<std::string>& notes, const Said& said) {
+  notes.insert(notes.end(), said.warnings.begin(), said.warnings.end());
+  notes.insert(notes.end(), said.notes.begin(), said.notes.end());
+}
+
 }  // namespace flexframe::cli

@@ -158,11 +158,6 @@ Build box(const glm::dvec3& centre, const glm::dvec3& half) {
   return build;
 }
 
-render::Mesh make_box(const glm::dvec3& centre, const glm::dvec3& half, const std::string& name) {
-  const Build build = box(centre, half);
-  return render::make_mesh(build.positions, build.triangles, name, flat_bevels);
-}
-
 Build capsule(const glm::dvec3& centre, double radius, double length) {
   // Rings of latitude between two poles.
   constexpr int around = circle_sides, down = circle_sides / 2;

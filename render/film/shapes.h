@@ -19,9 +19,6 @@ namespace flexframe::film {
 render::Mesh make_beam_mesh(const sim::Section& section, double length, std::span<const double> stations, const std::string& name,
                             bool divided = false);
 
-// Box with its centre and half edges, edges along the axes and slightly bevelled.
-render::Mesh make_box(const glm::dvec3& centre, const glm::dvec3& half, const std::string& name);
-
 render::Mesh make_sphere(const glm::dvec3& centre, double radius, const std::string& name);
 
 // Cylinder with closed ends from a to b (a != b).

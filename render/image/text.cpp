@@ -195,18 +195,36 @@ std::string fit_text(std::string_view text, double size, double width, Weight we
   return best;
 }
 
-void draw_text(Image& image, const glm::dvec2& place, std::string_view text, double size, const Paint& paint, Weight weight) {
+namespace {
+
+// put(along, across, cover): pixels that the letters cover, cover of 255, from the start of the line and from its baseline downwards.
+template <class Put>
+void cover_letters(std::string_view text, double size, Weight weight, double start, const Put& put) {
   const std::scoped_lock guard(lock);
-  const int baseline = static_cast<int>(std::lround(place.y));
   walk(font(weight), text, size, [&](Font& f, int index, double pen) {
     // Whole pixels and quarters: letters keep their distances without blurring.
-    const double at = std::round((place.x + pen) * 4.0) / 4.0, whole = std::floor(at);
+    const double at = std::round((start + pen) * 4.0) / 4.0, whole = std::floor(at);
     const Glyph& g = f.glyph(index, size, static_cast<int>((at - whole) * 4.0));
-    const int x0 = static_cast<int>(whole) + g.x, y0 = baseline + g.y;
     for (int j = 0; j < g.height; ++j)
       for (int i = 0; i < g.width; ++i)
         if (const unsigned char c = g.cover[std::size_t(j) * g.width + i])
-          blend_pixel(image, x0 + i, y0 + j, paint.color, paint.opacity * static_cast<float>(c) / 255.0f);
+          put(static_cast<int>(whole) + g.x + i, g.y + j, static_cast<float>(c));
+  });
+}
+
+}  // namespace
+
+void draw_text(Image& image, const glm::dvec2& place, std::string_view text, double size, const Paint& paint, Weight weight) {
+  const int baseline = static_cast<int>(std::lround(place.y));
+  cover_letters(text, size, weight, place.x, [&](int along, int across, float cover) {
+    blend_pixel(image, along, baseline + across, paint.color, paint.opacity * cover / 255.0f);
+  });
+}
+
+void draw_text_upwards(Image& image, const glm::dvec2& place, std::string_view text, double size, const Paint& paint, Weight weight) {
+  const int baseline = static_cast<int>(std::lround(place.x));
+  cover_letters(text, size, weight, -place.y, [&](int along, int across, float cover) {
+    blend_pixel(image, baseline + across, -along - 1, paint.color, paint.opacity * cover / 255.0f);
   });
 }
 
@@ -253,20 +271,6 @@ std::string missing_characters(std::string_view text) {
     if (code >= 32 && find_glyph(f, code).second == 0 && missing.find(character) == std::string::npos) missing += character;
   }
   return missing;
-}
-
-void draw_text_upwards(Image& image, const glm::dvec2& place, std::string_view text, double size, const Paint& paint, Weight weight) {
-  const std::scoped_lock guard(lock);
-  const int baseline = static_cast<int>(std::lround(place.x));
-  walk(font(weight), text, size, [&](Font& f, int index, double pen) {
-    const double at = std::round((-place.y + pen) * 4.0) / 4.0, whole = std::floor(at);
-    const Glyph& g = f.glyph(index, size, static_cast<int>((at - whole) * 4.0));
-    for (int j = 0; j < g.height; ++j)
-      for (int i = 0; i < g.width; ++i)
-        if (const unsigned char c = g.cover[std::size_t(j) * g.width + i])
-          blend_pixel(image, baseline + g.y + j, -(static_cast<int>(whole) + g.x + i) - 1, paint.color,
-                      paint.opacity * static_cast<float>(c) / 255.0f);
-  });
 }
 
 }  // namespace flexframe::render

@@ -201,33 +201,31 @@ void write_foreign(const std::filesystem::path& path, const Array& t, const py::
   with_files([&] { sim::write_results(r, path); });
 }
 
-}  // namespace
-
-namespace {
+// A property of a body or joint: an array that looks at the results' memory, or a copy.
+template <class Motion, class Item, class Value>
+auto view(Value Item::*member) {
+  return [member](const py::object& self) { return view_matrix((*self.cast<const Motion&>()).*member, self); };
+}
+template <class Motion, class Item, class Value>
+auto copy(Value Item::*member) {
+  return [member](const Motion& motion) { return (*motion).*member; };
+}
 
 // What a body's motion is drawn and stressed by.
 void bind_shapes(py::class_<BodyMotion>& motion) {
-  motion
-      .def_property_readonly(
-          "mesh", [](const BodyMotion& b) { return (*b).mesh; }, "Absolute path of the mesh file; empty: none.")
-      .def_property_readonly(
-          "length", [](const BodyMotion& b) { return (*b).length; }, "Of a beam, m; others 0.")
-      .def_property_readonly(
-          "labels", [](const BodyMotion& b) { return (*b).labels; }, "Of the elastic coordinates; empty: they have none.")
-      .def_property_readonly(
-          "node_phi", [](const py::object& s) { return view_matrix((*s.cast<const BodyMotion&>()).node_phi, s); },
-          "(3 nn, n) displacement of the nodes per elastic coordinate of a modal body, m; empty: not linear in them.")
-      .def_property_readonly(
-          "node_psi", [](const py::object& s) { return view_matrix((*s.cast<const BodyMotion&>()).node_psi, s); },
-          "(3 nn, n) rotation of the nodes per elastic coordinate, rad; empty: unknown.")
-      .def_property_readonly(
-          "stress_nodes", [](const BodyMotion& b) { return (*b).stress_nodes; }, "Numbers (from 0) of the nodes that know their stress.")
-      .def_property_readonly(
-          "node_stress", [](const py::object& s) { return view_matrix((*s.cast<const BodyMotion&>()).node_stress, s); },
-          "(6 ns, n) stress at stress_nodes per elastic coordinate, Pa: xx yy zz xy yz xz of each node; empty: unknown.")
-      .def_property_readonly(
-          "von_mises", [](const py::object& s) { return view_matrix((*s.cast<const BodyMotion&>()).node_von_mises, s); },
-          "(nt, nn) von Mises stress of the nodes that another program computed, Pa; empty: unknown.")
+  motion.def_property_readonly("mesh", copy<BodyMotion>(&sim::ResultBody::mesh), "Absolute path of the mesh file; empty: none.")
+      .def_property_readonly("length", copy<BodyMotion>(&sim::ResultBody::length), "Of a beam, m; others 0.")
+      .def_property_readonly("labels", copy<BodyMotion>(&sim::ResultBody::labels), "Of the elastic coordinates; empty: they have none.")
+      .def_property_readonly("node_phi", view<BodyMotion>(&sim::ResultBody::node_phi),
+                             "(3 nn, n) displacement of the nodes per elastic coordinate of a modal body, m; empty: not linear in them.")
+      .def_property_readonly("node_psi", view<BodyMotion>(&sim::ResultBody::node_psi),
+                             "(3 nn, n) rotation of the nodes per elastic coordinate, rad; empty: unknown.")
+      .def_property_readonly("stress_nodes", copy<BodyMotion>(&sim::ResultBody::stress_nodes),
+                             "Numbers (from 0) of the nodes that know their stress.")
+      .def_property_readonly("node_stress", view<BodyMotion>(&sim::ResultBody::node_stress),
+                             "(6 ns, n) stress at stress_nodes per elastic coordinate, Pa: xx yy zz xy yz xz of each node; empty: unknown.")
+      .def_property_readonly("von_mises", view<BodyMotion>(&sim::ResultBody::node_von_mises),
+                             "(nt, nn) von Mises stress of the nodes that another program computed, Pa; empty: unknown.")
       .def_property_readonly(
           "points", [](const py::object& s) { return view_matrix((*s.cast<const BodyMotion&>()).surface.points, s); },
           "(m, 3) corners of the surface that came with the results, body frame, m; empty: none.")
@@ -246,27 +244,17 @@ void bind_shapes(py::class_<BodyMotion>& motion) {
 void bind_motions(py::module_& m) {
   py::class_<BodyMotion> motion(
       m, "ResultBody", "Motion of a body: arrays of nt rows, one a time of Results.t; SI units. They look at the results' memory.");
-  motion
-      .def_property_readonly(
-          "name", [](const BodyMotion& b) { return (*b).name; }, "As in the scene.")
-      .def_property_readonly(
-          "kind", [](const BodyMotion& b) { return (*b).kind; }, "rigid, beam, modal or statespace.")
-      .def_property_readonly(
-          "position", [](const py::object& s) { return view_matrix((*s.cast<const BodyMotion&>()).position, s); },
-          "(nt, 3) origin of the body frame in world axes, m.")
-      .def_property_readonly(
-          "orientation", [](const py::object& s) { return view_matrix((*s.cast<const BodyMotion&>()).orientation, s); },
-          "(nt, 4) unit quaternion w x y z, body to world.")
-      .def_property_readonly(
-          "q", [](const py::object& s) { return view_matrix((*s.cast<const BodyMotion&>()).q, s); }, "(nt, n) elastic coordinates.")
-      .def_property_readonly(
-          "qd", [](const py::object& s) { return view_matrix((*s.cast<const BodyMotion&>()).qd, s); }, "(nt, n) their rates, 1/s.")
-      .def_property_readonly(
-          "displacement", [](const py::object& s) { return view_matrix((*s.cast<const BodyMotion&>()).displacement, s); },
-          "(nt, 3 nn) displacement of the nodes in the body frame, m: ux uy uz of node 0, of node 1, ...")
-      .def_property_readonly(
-          "rotation", [](const py::object& s) { return view_matrix((*s.cast<const BodyMotion&>()).rotation, s); },
-          "(nt, 3 nn) rotation vectors of the nodes, rad; empty: unknown.")
+  motion.def_property_readonly("name", copy<BodyMotion>(&sim::ResultBody::name), "As in the scene.")
+      .def_property_readonly("kind", copy<BodyMotion>(&sim::ResultBody::kind), "rigid, beam, modal or statespace.")
+      .def_property_readonly("position", view<BodyMotion>(&sim::ResultBody::position), "(nt, 3) origin of the body frame in world axes, m.")
+      .def_property_readonly("orientation", view<BodyMotion>(&sim::ResultBody::orientation),
+                             "(nt, 4) unit quaternion w x y z, body to world.")
+      .def_property_readonly("q", view<BodyMotion>(&sim::ResultBody::q), "(nt, n) elastic coordinates.")
+      .def_property_readonly("qd", view<BodyMotion>(&sim::ResultBody::qd), "(nt, n) their rates, 1/s.")
+      .def_property_readonly("displacement", view<BodyMotion>(&sim::ResultBody::displacement),
+                             "(nt, 3 nn) displacement of the nodes in the body frame, m: ux uy uz of node 0, of node 1, ...")
+      .def_property_readonly("rotation", view<BodyMotion>(&sim::ResultBody::rotation),
+                             "(nt, 3 nn) rotation vectors of the nodes, rad; empty: unknown.")
       .def_property_readonly(
           "nodes",
           [](const BodyMotion& b) {
@@ -286,22 +274,14 @@ void bind_motions(py::module_& m) {
           "Names of frames, or numbers, of the nodes.");
   bind_shapes(motion);
   py::class_<JointMotion>(m, "ResultJoint", "Motion of a joint: arrays of nt rows; SI units.")
-      .def_property_readonly(
-          "name", [](const JointMotion& j) { return (*j).name; }, "As in the scene.")
-      .def_property_readonly(
-          "kind", [](const JointMotion& j) { return (*j).kind; }, "revolute, prismatic, ...")
-      .def_property_readonly(
-          "position", [](const py::object& s) { return view_matrix((*s.cast<const JointMotion&>()).position, s); },
-          "(nt, 3) of its frame on the parent, in world axes, m.")
-      .def_property_readonly(
-          "orientation", [](const py::object& s) { return view_matrix((*s.cast<const JointMotion&>()).orientation, s); },
-          "(nt, 4) of that frame, unit quaternion w x y z.")
-      .def_property_readonly(
-          "value", [](const py::object& s) { return view_matrix((*s.cast<const JointMotion&>()).value, s); },
-          "(nt, n) coordinates, m and rad.")
-      .def_property_readonly(
-          "rate", [](const py::object& s) { return view_matrix((*s.cast<const JointMotion&>()).rate, s); },
-          "(nt, n) rates, m/s and rad/s.");
+      .def_property_readonly("name", copy<JointMotion>(&sim::ResultJoint::name), "As in the scene.")
+      .def_property_readonly("kind", copy<JointMotion>(&sim::ResultJoint::kind), "revolute, prismatic, ...")
+      .def_property_readonly("position", view<JointMotion>(&sim::ResultJoint::position),
+                             "(nt, 3) of its frame on the parent, in world axes, m.")
+      .def_property_readonly("orientation", view<JointMotion>(&sim::ResultJoint::orientation),
+                             "(nt, 4) of that frame, unit quaternion w x y z.")
+      .def_property_readonly("value", view<JointMotion>(&sim::ResultJoint::value), "(nt, n) coordinates, m and rad.")
+      .def_property_readonly("rate", view<JointMotion>(&sim::ResultJoint::rate), "(nt, n) rates, m/s and rad/s.");
 }
 
 }  // namespace
@@ -365,13 +345,9 @@ r["slider.x"] is a column of the histories, (nt,); r["slider"] all columns of an
           "energy",
           [](const py::object& s) {
             const Shared r = s.cast<Shared>();
-            py::dict out;
-            out["kinetic"] = view_matrix(r->kinetic, s);
-            out["strain"] = view_matrix(r->strain, s);
-            out["potential"] = view_matrix(r->potential, s);
-            out["supplied"] = view_matrix(r->supplied, s);
-            out["dissipated"] = view_matrix(r->dissipated, s);
-            return out;
+            return py::dict(py::arg("kinetic") = view_matrix(r->kinetic, s), py::arg("strain") = view_matrix(r->strain, s),
+                            py::arg("potential") = view_matrix(r->potential, s), py::arg("supplied") = view_matrix(r->supplied, s),
+                            py::arg("dissipated") = view_matrix(r->dissipated, s));
           },
           "Energies and work of the system by name, (nt,) each, J.")
       .def_property_readonly(

@@ -6,6 +6,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <utility>
 
 namespace flexframe::sim {
 namespace {
@@ -56,6 +57,7 @@ struct Writer {
 }  // namespace
 
 std::string write_sid_text(const SidFile& sid) {
+  using Block = std::pair<const char*, const std::optional<SidTaylor>*>;
   Writer w;
   w.line(0, fmt::format("{:5}{:5}    : {}", sid.nodes.size(), sid.nelastq, sid.comment));
   w.line(1, "part");
@@ -70,26 +72,15 @@ std::string write_sid_text(const SidFile& sid) {
   for (const SidNode& node : sid.nodes) {
     w.line(16, fmt::format("new node = {}", node.id));
     w.line(21, fmt::format("rframe = {}", node.rframe));
-    w.taylor(21, "origin", node.origin);
-    w.taylor(21, "phi", node.phi);
-    w.taylor(21, "psi", node.psi);
-    w.taylor(21, "AP", node.AP);
-    w.taylor(21, "sigma", node.sigma);
+    const Block blocks[] = {{"origin", &node.origin}, {"phi", &node.phi}, {"psi", &node.psi}, {"AP", &node.AP}, {"sigma", &node.sigma}};
+    for (const auto& [name, block] : blocks) w.taylor(21, name, *block);
     w.text(21, node.others);
     w.line(16, "end node");
   }
   w.line(11, "end frame");
-  w.taylor(11, "mdCM", sid.mdCM);
-  w.taylor(11, "J", sid.J);
-  w.taylor(11, "Ct", sid.Ct);
-  w.taylor(11, "Cr", sid.Cr);
-  w.taylor(11, "Me", sid.Me);
-  w.taylor(11, "Gr", sid.Gr);
-  w.taylor(11, "Ge", sid.Ge);
-  w.taylor(11, "Oe", sid.Oe);
-  w.taylor(11, "ksigma", sid.ksigma);
-  w.taylor(11, "Ke", sid.Ke);
-  w.taylor(11, "De", sid.De);
+  const Block blocks[] = {{"mdCM", &sid.mdCM}, {"J", &sid.J},   {"Ct", &sid.Ct},         {"Cr", &sid.Cr}, {"Me", &sid.Me}, {"Gr", &sid.Gr},
+                          {"Ge", &sid.Ge},     {"Oe", &sid.Oe}, {"ksigma", &sid.ksigma}, {"Ke", &sid.Ke}, {"De", &sid.De}};
+  for (const auto& [name, block] : blocks) w.taylor(11, name, *block);
   w.text(11, sid.others);
   w.line(6, "end modal");
   w.line(1, "end part");

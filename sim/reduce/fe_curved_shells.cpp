@@ -123,15 +123,18 @@ FeShellPoint surface_point(FeShape shape, const Mat3X& X, const Vec2& q, double 
   return p;
 }
 
+// Of node i in the element's own coordinates.
+Vec2 node_place(FeShape shape, int i) {
+  if (shape != FeShape::triangle6) return {corner_x[i], corner_y[i]};
+  static constexpr double x[6] = {0, 1, 0, 0.5, 0.5, 0}, y[6] = {0, 0, 1, 0, 0.5, 0.5};
+  return {x[i], y[i]};
+}
+
 // Normals at the nodes.
 Mat3X node_normals(FeShape shape, const Mat3X& X, int id) {
   Mat3X out(3, X.cols());
   for (int i = 0; i < X.cols(); ++i) {
-    Vec2 q(corner_x[i], corner_y[i]);
-    if (shape == FeShape::triangle6) {
-      static constexpr double x[6] = {0, 1, 0, 0.5, 0.5, 0}, y[6] = {0, 0, 1, 0, 0.5, 0.5};
-      q = {x[i], y[i]};
-    }
+    const Vec2 q = node_place(shape, i);
     out.col(i) = surface_point(shape, X, q, 1.0, id).axes.col(2);
     // A fold inside of the element shows as a normal that points back.
     if (i > 0 && !(out.col(i).dot(out.col(0)) > 0.0)) folded(shape, id);
@@ -261,11 +264,7 @@ MatX curved_shell_nodal_stress(FeShape shape, const Mat3X& X, const FeLawAt& law
   const MatX coefficients = at * basis.inverse();
   MatX out(6, n);
   for (int i = 0; i < n; ++i) {
-    Vec2 q(corner_x[i], corner_y[i]);
-    if (shape == FeShape::triangle6) {
-      static constexpr double x[6] = {0, 1, 0, 0.5, 0.5, 0}, y[6] = {0, 0, 1, 0, 0.5, 0.5};
-      q = {x[i], y[i]};
-    }
+    const Vec2 q = node_place(shape, i);
     out.col(i) = coefficients * terms(q);
   }
   return out;

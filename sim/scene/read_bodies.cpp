@@ -38,20 +38,25 @@ constexpr std::size_t most_coordinates = 100000;
 
 constexpr Range poisson_range{.low = -1.0, .high = 0.5, .open_low = true, .what = "a number in (-1, 0.5]"};
 
+// The word of an effect in the array `key`; `not_known` says what a word that is none of `known` is.
+void check_effect(const TableReader& reader, const char* key, const std::string& name, const std::vector<std::string>& known,
+                  const char* not_known, const std::vector<std::string>& before) {
+  if (std::find(known.begin(), known.end(), name) == known.end()) {
+    const std::string hint = did_you_mean(name, known);
+    reader.fail(key, fmt::format("names the effect {}, which {}{}{} allowed: {}", quote(name), not_known, hint, hint.empty() ? ";" : "",
+                                 list_words(known)));
+  }
+  if (std::find(before.begin(), before.end(), name) != before.end()) reader.fail(key, fmt::format("names {} twice", quote(name)));
+}
+
 // without = ["stiffening"]: effects to leave out of "auto" or of what is always there.
 void read_without(const TableReader& reader, EffectChoice& choice) {
   if (!reader.has("without")) return;
   const auto known = body_effect_names();
   for (const std::string& name : reader.texts("without")) {
-    if (std::find(known.begin(), known.end(), name) == known.end()) {
-      const std::string hint = did_you_mean(name, known);
-      reader.fail("without", fmt::format("names the effect {}, which no body can go without{}{} allowed: {}", quote(name), hint,
-                                         hint.empty() ? ";" : "", list_words(known)));
-    }
+    check_effect(reader, "without", name, known, "no body can go without", choice.without);
     if (std::find(choice.names.begin(), choice.names.end(), name) != choice.names.end())
       reader.fail("without", fmt::format("names {}, which 'effects' lists", quote(name)));
-    if (std::find(choice.without.begin(), choice.without.end(), name) != choice.without.end())
-      reader.fail("without", fmt::format("names {} twice", quote(name)));
     choice.without.push_back(name);
   }
 }
@@ -64,11 +69,6 @@ void read_effect_names(const TableReader& reader, EffectChoice& choice) {
     if (value->text == "auto") return;
     if (std::find(known.begin(), known.end(), value->text) != known.end())
       reader.fail("effects", fmt::format("must be \"auto\" or an array: write [\"{}\"]", value->text));
-    reader.fail(
-        "effects",
-        fmt::format(
-            "must be \"auto\" or an array of effects (\"auto\" may be one: what the program chooses and these), found {}; allowed: {}",
-            describe(*value), list_words(known)));
   }
   if (value->type != TomlValue::Type::array)
     reader.fail(
@@ -80,13 +80,7 @@ void read_effect_names(const TableReader& reader, EffectChoice& choice) {
   choice.automatic = std::find(names.begin(), names.end(), "auto") != names.end();
   for (const std::string& name : names) {
     if (name == "auto") continue;
-    if (std::find(known.begin(), known.end(), name) == known.end()) {
-      const std::string hint = did_you_mean(name, known);
-      reader.fail("effects", fmt::format("names the effect {}, which is unknown{}{} allowed: {}", quote(name), hint,
-                                         hint.empty() ? ";" : "", list_words(known)));
-    }
-    if (std::find(choice.names.begin(), choice.names.end(), name) != choice.names.end())
-      reader.fail("effects", fmt::format("names {} twice", quote(name)));
+    check_effect(reader, "effects", name, known, "is unknown", choice.names);
     choice.names.push_back(name);
   }
 }

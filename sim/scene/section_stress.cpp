@@ -3,6 +3,7 @@
 #include "sim/scene/section.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -77,12 +78,16 @@ std::vector<Strip> strips_of(const Section& section) {
   return out;
 }
 
-// Closed cell: T / (2 Am t), the same all through the wall.
-Eigen::Vector2d box_shear(const Section& section, double y, double z) {
+// Height, width, thickness of webs and flanges of a box.
+std::array<double, 4> box_sizes(const Section& section) {
   const auto size = [&](const char* name) { return section.size.at(name); };
   const bool even = section.size.contains("thickness");
-  const double h = size("height"), b = size("width"), web = even ? size("thickness") : size("web"),
-               flange = even ? size("thickness") : size("flange");
+  return {size("height"), size("width"), size(even ? "thickness" : "web"), size(even ? "thickness" : "flange")};
+}
+
+// Closed cell: T / (2 Am t), the same all through the wall.
+Eigen::Vector2d box_shear(const Section& section, double y, double z) {
+  const auto [h, b, web, flange] = box_sizes(section);
   const double flow = section.j / (2.0 * (h - flange) * (b - web));
   const double cy = std::clamp(y, -0.5 * h, 0.5 * h), cz = std::clamp(z, -0.5 * b, 0.5 * b), tiny = 1e-9 * (h + b);
   // Webs at the ends of z carry tau_xy, flanges at the ends of y tau_xz; at a corner the thinner one counts.
@@ -143,10 +148,7 @@ Eigen::Vector2d half_box_shear(double H, double B, double side, double top, doub
 }
 
 Eigen::Matrix2d box_wall_shear(const Section& section, double y, double z) {
-  const auto size = [&](const char* name) { return section.size.at(name); };
-  const bool even = section.size.contains("thickness");
-  const double h = size("height"), b = size("width"), web = even ? size("thickness") : size("web"),
-               flange = even ? size("thickness") : size("flange");
+  const auto [h, b, web, flange] = box_sizes(section);
   y = std::clamp(y, -0.5 * h, 0.5 * h), z = std::clamp(z, -0.5 * b, 0.5 * b);
   Eigen::Matrix2d out;
   out.col(0) = half_box_shear(h, b, web, flange, y, z);
