@@ -13,6 +13,7 @@
 #include <cmath>
 #include <numbers>
 #include <set>
+#include <span>
 
 #include <fmt/format.h>
 #include <Eigen/Eigenvalues>
@@ -39,8 +40,8 @@ constexpr std::size_t most_coordinates = 100000;
 constexpr Range poisson_range{.low = -1.0, .high = 0.5, .open_low = true, .what = "a number in (-1, 0.5]"};
 
 // The word of an effect in the array `key`; `not_known` says what a word that is none of `known` is.
-void check_effect(const TableReader& reader, const char* key, const std::string& name, const std::vector<std::string>& known,
-                  const char* not_known, const std::vector<std::string>& before) {
+void check_effect(const TableReader& reader, const char* key, const std::string& name, std::span<const std::string> known,
+                  const char* not_known, std::span<const std::string> before) {
   if (std::find(known.begin(), known.end(), name) == known.end()) {
     const std::string hint = did_you_mean(name, known);
     reader.fail(key, fmt::format("names the effect {}, which {}{}{} allowed: {}", quote(name), not_known, hint, hint.empty() ? ";" : "",
