@@ -305,7 +305,9 @@ Results stated(const Task& t, const Finished& found, const Searched& searched, c
                                  spent ? fmt::format("; the search ended after {:.0f} CPU s, {:.0f} times the CPU time of the scene as "
                                                      "written: request less accuracy, or remove this output",
                                                      out.search_cpu, searched.run > 0.0 ? searched.allowed / searched.run : 0.0)
-                                       : ""));
+                                 : found.judged ? "; its vibrations converge so slowly with more modes that a search would not "
+                                                  "bring it there: request less accuracy, or remove this output"
+                                                : ""));
   if (!found.scene.simulation.static_start && nothing_counts(to_histories(found.results), found.looser))
     s.notes.warn("",
                  "no output moves by more than what rounding could make of the mechanism's size: the accuracy is not judged; take outputs "

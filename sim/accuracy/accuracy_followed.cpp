@@ -4,6 +4,8 @@
 // modes and are seen elsewhere in the mechanism, so that neither frequencies nor levels tell where modes are missing: each body is judged
 // by a run with more modes in it alone, and those that lack most get them.
 #include "sim/accuracy/accuracy_task.h"
+#include "sim/base/cpu_clock.h"
+#include "sim/base/error.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,6 +15,9 @@ namespace flexframe::sim {
 namespace {
 
 constexpr double tightest = 1e-11;
+// What a round of refinement is thought to bring, however little the last one did (every second mode may have no part in the motion), and
+// where none is known: half as many modes more, of which what lacks falls as n^-3. Its price then: twice the one before.
+constexpr double least_fall = 1.2, best_fall = 3.4, usual_growth = 2.0;
 
 struct Followed {
   Task& t;
@@ -21,13 +26,23 @@ struct Followed {
   Setting& setting = t.setting;
   std::vector<Refinement> list = search.refinements(setting);
   Finished out;
-  std::optional<Histories> here;  // the run at the setting
-  MatX time, space;               // errors, columns x samples
-  double worst = 0.0;             // of the bodies' errors of space
+  std::optional<Histories> here;                       // the run at the setting
+  MatX time, space;                                    // errors, columns x samples
+  double worst = 0.0;                                  // of the bodies' errors of space
+  double lacked = 0.0;                                 // of space, a round before; 0: not known
+  double before_round = search.cpu, last_round = 0.0;  // CPU s
   bool found_again = t.without.empty();
+
+  bool only_time = false;  // the run before had the same modes, which are judged
+  bool whole = false;      // out.judged is the run at the setting: nothing is run again at the end
 
   Followed(Task& task, double most) : t(task), limit(most) {}
   std::optional<Histories> run_here();
+  std::optional<Histories> run_within_limit();
+  std::optional<Histories> run_whole();
+  bool judge_all_at_once();
+  void find_what_lacks();
+  bool hopeless();
   bool settle_time(double timely);
   void judge_space();
   double total(const MatX& in_time);
@@ -35,10 +50,42 @@ struct Followed {
   bool refine();
 };
 
+// The run as a result, with what its motion says of effects; those that it asks for are on from then on.
+std::optional<Histories> Followed::run_whole() {
+  SimulateOptions o = *t.options;
+  o.tolerance.reset();
+  o.accuracy.reset();
+  o.estimate_error = true;
+  o.method = search.method;
+  const double start = cpu_seconds();
+  o.progress = [&, start](double at) {
+    const double now = cpu_seconds();
+    if (now > search.until) throw SearchSpent{};
+    if (now - start > limit) throw TooDear{};
+    if (t.options->progress) t.options->progress(at);
+  };
+  whole = false;
+  std::optional<Histories> run;
+  constexpr int most_calls = 3;
+  try {
+    for (int call = 0; call < most_calls && !run; ++call) {
+      out.judged = run_judged(search.at(setting), o, t.accuracy, false);
+      if (search.adopt(out.judged->effects)) list = search.refinements(setting);
+      else run = to_histories(out.judged->results), run->scales = out.judged->scales;
+    }
+  } catch (const TooDear&) {
+  } catch (const SimulationError&) {}
+  search.cpu += cpu_seconds() - start;
+  whole = run.has_value();
+  return run;
+}
+
+std::optional<Histories> Followed::run_within_limit() { return t.straight ? run_whole() : search.run_within(search.at(setting), limit); }
+
 // Tighter where it fails; none where it is too dear.
 std::optional<Histories> Followed::run_here() {
   for (;;) {
-    std::optional<Histories> run = search.run_within(search.at(setting), limit);
+    std::optional<Histories> run = run_within_limit();
     if (run || limit < unlimited) return run;
     // Too loose to hold the mechanism together, perhaps.
     if (setting.tolerance <= 1e-7) return search.run(search.at(setting));
@@ -48,23 +95,82 @@ std::optional<Histories> Followed::run_here() {
 
 // Lowers the tolerance until a run ten times looser is `timely` near; false where that is too dear.
 bool Followed::settle_time(double timely) {
-  for (;;) {
-    const Scene loose = search.at({setting.level, 10.0 * setting.tolerance});
-    std::optional<Histories> looser = search.run_within(loose, unlimited);
-    if (!looser && setting.tolerance <= tightest) looser = search.run(loose);
+  for (std::optional<Histories> looser;;) {
+    if (!looser) {
+      const Scene loose = search.at({setting.level, 10.0 * setting.tolerance});
+      looser = search.run_within(loose, unlimited, whole && out.judged->start ? &*out.judged->start : nullptr);
+      if (!looser && setting.tolerance <= tightest) looser = search.run(loose);
+    }
     double step = 0.1;
     if (looser) {
       out.looser = std::move(*looser);
+      here = at_times(*here, out.looser.times);
       time = error_of_difference * relative(out.looser, *here);
       if (largest(time) <= timely || setting.tolerance <= tightest) break;
       step = std::pow(0.25 * t.accuracy / largest(time), 1.0 / cautious_order);
     }
-    setting.tolerance = std::max(tightest, setting.tolerance * std::clamp(step, 0.1, 0.5));
+    const double before = setting.tolerance;
+    const bool decade = t.straight && looser && step <= 0.3;
+    looser.reset();
+    setting.tolerance = std::max(tightest, before * (decade ? 0.1 : std::clamp(step, 0.1, 0.5)));
+    // One decade finds its looser run already there.
+    if (decade && setting.tolerance == 0.1 * before) looser = std::move(here);
     here = run_here();
     if (!here) return false;
+    if (setting.tolerance != 0.1 * before) looser.reset();
   }
   out.loose_tolerance = 10.0 * setting.tolerance;
   return true;
+}
+
+// One run with more modes of every kind in all bodies tells what there is to tell; false where it tells too much.
+bool Followed::judge_all_at_once() {
+  Search finer = search;
+  Setting next = setting;
+  for (const Refinement& r : list) finer.refine(r, next);
+  const std::optional<Histories> judge = finer.run_within(finer.at(next), unlimited);
+  search.cpu = finer.cpu;
+  if (!judge) {
+    space = MatX::Constant(time.rows(), time.cols(), 2.0 * t.accuracy);
+    return false;
+  }
+  Refinement all;
+  const MatX left = relative(*judge, *here);
+  all.left = std::sqrt(std::max(0.0, std::pow(largest(left), 2) - 2.0 * std::pow(largest(time), 2)));
+  space = all.left > 0.0 ? MatX(left * (all.error() / largest(left))) : MatX::Zero(time.rows(), time.cols());
+  if (search.touches) space *= 3.0;
+  return total(time) <= t.accuracy;
+}
+
+// Which bodies lack modes: runs as loose as the one that judges time are enough to tell.
+void Followed::find_what_lacks() {
+  worst = 0.0;
+  for (Refinement& r : list) {
+    if (list.size() > 1) {
+      Search finer = search;
+      Setting next = setting;
+      finer.refine(r, next);
+      next.tolerance *= 10.0;
+      const std::optional<Histories> judge = finer.run_within(finer.at(next), unlimited);
+      search.cpu = finer.cpu;
+      r.left = judge ? apart(*judge, out.looser) : std::max(largest(space), r.before);
+    } else {
+      r.left = largest(space);
+    }
+    worst = std::max(worst, r.error());
+  }
+}
+
+// Whether the search's time will not do, by how fast rounds have brought what lacks down and by what they cost.
+bool Followed::hopeless() {
+  const double spent = search.cpu - before_round, lacks = largest(space);
+  const double fell = lacked > 0.0 ? std::max(least_fall, lacked / std::max(lacks, 1e-300)) : best_fall;
+  const double grew = last_round > 0.0 ? std::max(1.0, spent / last_round) : usual_growth;
+  before_round = search.cpu, lacked = lacks, last_round = spent;
+  const double rounds = std::ceil(std::log(std::max(1.0, lacks / t.accuracy)) / std::log(fell));
+  double price = 0.0, next = spent;
+  for (int k = 0; k < static_cast<int>(rounds); ++k) price += next *= grew;
+  return cpu_seconds() + price > search.until;
 }
 
 void Followed::judge_space() {
@@ -127,10 +233,12 @@ void Followed::take_looser() {
 bool Followed::refine() {
   const Search before = search;
   const Setting at_before = setting;
-  if (worst <= 0.5 * largest(time) || total(0.3 * time) <= t.accuracy) {
+  if ((t.straight ? largest(space) : worst) <= 0.5 * largest(time) || total(0.3 * time) <= t.accuracy) {
     if (setting.tolerance <= tightest) return false;
     setting.tolerance *= 0.2;
+    only_time = total(0.3 * time) <= t.accuracy;  // what space takes is known
   } else {
+    only_time = false;
     t.coarse = *here;
     for (Refinement& r : list) {
       if (r.error() < 0.5 * worst) continue;
@@ -138,17 +246,34 @@ bool Followed::refine() {
       r.before = r.left;
     }
   }
-  std::optional<Histories> next = search.run_within(search.at(setting), limit);
-  if (!next && limit == unlimited) {
+  std::optional<Histories> next = run_within_limit();
+  if (!next && (t.straight || limit == unlimited)) {
     // Finer than the bodies can be, for one.
     const double spent = search.cpu;
     search = before;
     search.cpu = spent;
     setting = at_before;
+    whole = t.straight;
     return false;
   }
   here = std::move(next);
   return true;
+}
+
+}  // namespace
+
+namespace {
+
+// What run_itself would fill in, from the run that is there.
+void take_whole(const Task& t, const Setting& setting, Finished& out) {
+  out.scene = t.search.at(setting);
+  out.results = out.judged->results;
+  out.limits = out.judged->limits;
+  out.setting = setting;
+  out.method = t.search.method;
+  out.described = t.search.describe(setting);
+  out.chosen = t.chosen;
+  out.loose_tolerance = 10.0 * setting.tolerance;
 }
 
 }  // namespace
@@ -162,7 +287,14 @@ std::optional<Finished> finish_followed(Task& t, double limit) {
     for (int round = 0; f.here; ++round) {
       // While modes lack, time need not be better than they are.
       if (!f.settle_time(std::max(0.35 * t.accuracy, 0.1 * lacking))) return std::nullopt;
-      f.judge_space();
+      if (!t.straight) f.judge_space();
+      else if (!f.only_time && !f.judge_all_at_once() && f.total(0.3 * f.time) > t.accuracy) {
+        if (f.hopeless()) {
+          f.total(f.time);
+          break;
+        }
+        f.find_what_lacks();
+      }
       lacking = largest(f.space);
       if (f.total(f.time) <= t.accuracy) {
         if (!t.straight) f.take_looser();
@@ -176,14 +308,16 @@ std::optional<Finished> finish_followed(Task& t, double limit) {
     // The last one that was judged, made in full: a run of known price.
     if (last.error < 0.0) throw;
     t.search.until = 1e300;
-    run_itself(t, last.setting, unlimited, last);
+    if (last.judged) take_whole(t, last.setting, last);
+    else run_itself(t, last.setting, unlimited, last);
     last.coarse = t.coarse;
     t.keep(last);
     throw;
   }
   if (!f.here) return std::nullopt;
 
-  run_itself(t, f.setting, unlimited, f.out);
+  if (f.whole) take_whole(t, f.setting, f.out);
+  else run_itself(t, f.setting, unlimited, f.out);
   f.out.coarse = t.coarse;
   t.keep(f.out);
   return std::move(f.out);

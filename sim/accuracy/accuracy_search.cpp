@@ -2,6 +2,7 @@
 
 #include "sim/bodies/normal_modes.h"
 #include "sim/bodies/resolution.h"
+#include "sim/run/second_run.h"
 #include "sim/start/make_system.h"
 #include "sim/time/events.h"
 
@@ -235,7 +236,7 @@ Histories Search::run(const Scene& scene) {
   return h;
 }
 
-std::optional<Histories> Search::run_within(const Scene& scene, double seconds) {
+std::optional<Histories> Search::run_within(const Scene& scene, double seconds, const System* from) {
   SimulateOptions o;
   o.method = method;
   o.samples = compared_samples;
@@ -250,7 +251,12 @@ std::optional<Histories> Search::run_within(const Scene& scene, double seconds) 
   };
   std::optional<Histories> out;
   try {
-    out = simulate_histories(scene, o);
+    if (from) {
+      o.tolerance = scene.simulation.tolerance;
+      out = simulate_histories_from(*from, scene, o);
+    } else {
+      out = simulate_histories(scene, o);
+    }
   } catch (const TooLong&) {
   } catch (const SimulationError&) {  // a step beyond the limit of stability can tear a body apart
   } catch (const InputError&) {       // a method that this scene is not for
@@ -272,6 +278,15 @@ void Search::set_effect(const EffectState& s, bool on) {
     }
   for (EffectState& other : states)
     if (other.owner == s.owner && other.effect == s.effect) other.on = on, other.by = "program";
+}
+
+bool Search::adopt(const std::vector<EffectState>& of_run) {
+  bool more = false;
+  const std::vector<EffectState> before = states;
+  for (const EffectState& now : of_run)
+    for (const EffectState& s : before)
+      if (now.on && !s.on && s.owner == now.owner && s.effect == now.effect) set_effect(s, true), more = true;
+  return more;
 }
 
 std::vector<std::string> Search::describe(const Setting& setting) const {

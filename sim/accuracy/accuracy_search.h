@@ -71,9 +71,12 @@ class Search {
   // Both throw SearchSpent at the end of the search's time.
   Histories run(const Scene& scene);
   // The same, given up after so many CPU seconds, or where it fails.
-  std::optional<Histories> run_within(const Scene& scene, double seconds);
+  // start: null, or what make_system gives for the scene at any tolerance.
+  std::optional<Histories> run_within(const Scene& scene, double seconds, const System* start = nullptr);
 
   void set_effect(const EffectState& s, bool on);
+  // Effects that a run turned out to need are on from now on; whether there were any.
+  bool adopt(const std::vector<EffectState>& of_run);
   // Whether the program decides this effect.
   bool decides(const EffectState& s) const;
   std::vector<std::string> describe(const Setting& setting) const;

@@ -47,7 +47,6 @@ class Straight {
   std::optional<Finished> finish_as_written();
   std::optional<Finished> follow_vibrations();
   std::optional<Finished> followed() const;
-  bool needs_more(const Finished& f);
   bool check(Finished& f) const;
   double energy_share() const;
   VecX sizes_of(const Histories& h) const;
@@ -264,12 +263,18 @@ bool Straight::check(Finished& f) const {
   std::vector<LinearLimit> limits = f.limits;
   std::erase_if(limits, [&](const LinearLimit& l) { return l.pieces > 1 && t_.search.chooses(static_cast<size_t>(l.body)); });
   check_models(f.scene, run_.effects, limits, f.looser, models, s);
+  // Modes that the search chose are judged.
+  bool given_modes = false;
+  for (size_t b = 0; b < f.scene.bodies.size(); ++b) {
+    const auto* beam = std::get_if<BeamDef>(&f.scene.bodies[b].kind);
+    given_modes = given_modes || (beam && beam->keep_modes && !t_.search.chooses(b));
+  }
   SimulateOptions o = *t_.options;
   o.method = f.method;
   double deflection = 0.0;
   for (const ResultBody& body : f.results.bodies)
     if (body.displacement.size() > 0) deflection = std::max(deflection, body.displacement.cwiseAbs().maxCoeff());
-  warn_of_few_modes(f.scene, o, whole, deflection, 0.5 * t_.accuracy, s);
+  if (given_modes) warn_of_few_modes(f.scene, o, whole, deflection, 0.5 * t_.accuracy, s);
   return !s.notes.has(Severity::warning);
 }
 
@@ -306,10 +311,10 @@ std::optional<Finished> Straight::followed() const {
   task.coarse = task.loose = looser_;
   task.rigid = MatX::Zero(looser_.values.rows(), looser_.values.cols());
   task.left_out = constant_effects(looser_);
-  task.search.until = std::min(until_, cpu_seconds() + std::max(2.0, 20.0 * run_.results.statistics.cpu_seconds));
+  task.search.until = until_;
   std::optional<Finished> f;
   try {
-    f = finish_followed(task, std::max(0.3, 20.0 * run_.results.statistics.cpu_seconds));
+    f = finish_followed(task, std::max(0.5, 30.0 * run_.results.statistics.cpu_seconds));
   } catch (const SearchSpent&) {
   } catch (const SimulationError&) {
   } catch (const InputError&) {  // a scene that this method is not for
@@ -317,33 +322,19 @@ std::optional<Finished> Straight::followed() const {
   return f;
 }
 
-// Whether the vibrations, followed, ask for effects that the run which stepped over them did not show; the search has them then. What they
-// are worth along this run counts from now on.
-bool Straight::needs_more(const Finished& f) {
-  SimulateOptions o = *t_.options;
-  o.tolerance.reset();
-  o.accuracy.reset();
-  o.estimate_error = false;
-  o.method = f.method;
-  run_ = run_judged(f.scene, o, t_.accuracy);
-  bool more = false;
-  const std::vector<EffectState> before = t_.search.states;
-  for (const EffectState& now : run_.effects)
-    for (const EffectState& s : before)
-      if (now.on && !s.on && s.owner == now.owner && s.effect == now.effect) t_.search.set_effect(s, true), more = true;
-  return more;
-}
-
 std::optional<Finished> Straight::follow_vibrations() {
-  constexpr int most_rounds = 3;
-  for (int round = 0; round < most_rounds; ++round) {
-    std::optional<Finished> f = followed();
-    if (!f || f->error > t_.accuracy) return std::nullopt;
-    if (needs_more(*f)) continue;
-    if (!judge_deformations() || std::hypot(f->error, effects_) > t_.accuracy || !check(*f)) return std::nullopt;
-    return f;
-  }
-  return std::nullopt;
+  std::optional<Finished> f = followed();
+  if (!f || !f->judged) return std::nullopt;
+  // The vibrations, followed, may ask for effects that the run which stepped over them did not show; what is left out is worth what it
+  // is along the run that followed them.
+  t_.search.adopt(f->judged->effects);
+  run_ = *f->judged;
+  if (!judge_deformations()) return std::nullopt;
+  const bool checked = check(*f);
+  // More modes would not do in the time of a search, which would go the same way again.
+  if (f->error > t_.accuracy) return f;
+  if (!checked || std::hypot(f->error, effects_) > t_.accuracy) return std::nullopt;
+  return f;
 }
 
 std::optional<Finished> Straight::go(const Scene& as_given) {

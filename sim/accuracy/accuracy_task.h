@@ -3,6 +3,7 @@
 #pragma once
 
 #include "sim/accuracy/accuracy_search.h"
+#include "sim/run/judged_run.h"
 #include "sim/run/model_check.h"
 #include "sim/run/run_scene.h"
 
@@ -90,6 +91,7 @@ struct Finished {
   std::vector<std::string> described, chosen;  // the setting in words, what was left out
   Scene scene;                                 // at this setting
   std::optional<Method> method;                // of the search
+  std::optional<JudgedRun> judged;             // where it went straight: the run, and what its motion says of effects
   Setting setting;
   Histories looser, coarse;  // at ten times the tolerance, one level below
   double error = -1.0;       // of the output that is furthest off; negative: not known

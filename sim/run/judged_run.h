@@ -6,7 +6,9 @@
 #include "sim/run/left_out.h"
 #include "sim/run/linear_limit.h"
 #include "sim/scene/scene.h"
+#include "sim/time/system.h"
 
+#include <optional>
 #include <vector>
 
 namespace flexframe::sim {
@@ -19,10 +21,12 @@ struct JudgedRun {
   std::vector<LinearLimit> limits;         // how far its bodies were bent
   std::vector<LeftOutWorth> left_out;      // deformations that beams go without
   std::vector<LeftOutWorth> second_order;  // stiffening and gyroscopic terms, which a pair of runs tells better
+  std::optional<System> start;             // of the scene, where options.estimate_error: for a looser run (simulate_histories_from)
 };
 
 // run_scene without the runs beside it: no estimate of time, nothing reported. Every beam is judged, whoever chose its effects; beams with
-// automatic effects get what is worth more than a third of `asked`. Throws what run_scene throws.
-JudgedRun run_judged(const Scene& scene, const SimulateOptions& options, double asked);
+// automatic effects get what is worth more than a third of `asked`: the run is made again with that, or, without `again`, out.scene and
+// out.effects have it and the run does not. Throws what run_scene throws.
+JudgedRun run_judged(const Scene& scene, const SimulateOptions& options, double asked, bool again = true);
 
 }  // namespace flexframe::sim

@@ -320,15 +320,41 @@ Scene with_called_effects(const Scene& scene, const SimulateOptions& options, do
   return called.scene;
 }
 
-JudgedRun run_judged(const Scene& scene, const SimulateOptions& options, double asked) {
+namespace {
+
+// Effects that `called` lists and `before` does not are on.
+void switch_on(const Scene& before, const Scene& called, std::vector<EffectState>& effects) {
+  const auto names = [](const Scene& scene, size_t b) {
+    const auto* beam = std::get_if<BeamDef>(&scene.bodies[b].kind);
+    return beam ? beam->effects.names : std::vector<std::string>{};
+  };
+  for (size_t b = 0; b < called.bodies.size(); ++b) {
+    const std::vector<std::string> had = names(before, b), has = names(called, b);
+    for (EffectState& s : effects)
+      if (s.owner == called.bodies[b].name && std::find(has.begin(), has.end(), s.effect) != has.end() &&
+          std::find(had.begin(), had.end(), s.effect) == had.end())
+        s.on = true;
+  }
+}
+
+}  // namespace
+
+JudgedRun run_judged(const Scene& scene, const SimulateOptions& options, double asked, bool again) {
   Called called{scene, {}, asked, false};
   for (int round = 0;; ++round) {
     JudgedRun out;
     out.scene = called.scene;
     Alone alone;
-    out.results = with_complete_inertia(
-        out.scene, [&](const Scene& s, int& indefinite) { return simulate_alone(s, options, !s.outputs.empty(), alone, indefinite); });
-    if (round < most_calls && call_for(alone.left_out, asked, called.scene, called.notes)) continue;
+    out.results = with_complete_inertia(out.scene, [&](const Scene& s, int& indefinite) {
+      alone = Alone{};
+      return simulate_alone(s, options, !s.outputs.empty(), alone, indefinite);
+    });
+    if (round < most_calls && call_for(alone.left_out, asked, called.scene, called.notes)) {
+      if (again) continue;
+      switch_on(out.scene, called.scene, alone.effects);
+      out.scene = called.scene;
+    }
+    out.start = std::move(alone.start);
     out.results.statistics.notes.prepend(called.notes);
     out.scales = alone.scales;
     out.effects = std::move(alone.effects);
