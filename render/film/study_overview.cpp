@@ -284,7 +284,8 @@ std::string seconds_words(double s) {
 }
 std::string pixels_words(double p) { return p < 0.01 ? "< 0.01 px" : p < 9.95 ? fmt::format("{:.2g} px", p) : fmt::format("{:.0f} px", p); }
 
-// Whether what differs between points is seen on an axis of the whole cost.
+// Whether what differs between points is seen on a logarithmic axis of the whole cost; else points stand by what the simulation takes, and
+// the axis is marked with the whole cost there.
 bool whole_cost_tells(const StudyOverview& o) {
   double low = 1e300, high = 0.0;
   for (const OverviewPoint& p : o.points) low = std::min(low, p.cpu()), high = std::max(high, p.cpu());
@@ -294,6 +295,7 @@ bool whole_cost_tells(const StudyOverview& o) {
 FlatDrawing plot(const StudyOverview& o, const std::vector<int>& shown) {
   const double floor = 1e-3;  // of what is drawn, px
   const bool whole = whole_cost_tells(o);
+  const double drawing = o.points.front().cpu_pictures;  // the same for all
   const auto cost = [&](const OverviewPoint& p) { return std::max(1e-4, whole ? p.cpu() : p.cpu_run); };
   const auto error = [&](const OverviewPoint& p) { return std::max(floor, p.pixels); };
   double x0 = 1e300, x1 = 0.0, y0 = half_pixel, y1 = half_pixel;
@@ -304,14 +306,16 @@ FlatDrawing plot(const StudyOverview& o, const std::vector<int>& shown) {
   FlatDrawing d;
   d.width = 1060, d.height = plot_height;
   const FlatAxis x = flat_axis(x0, x1, false), y = flat_axis(y0, y1, false);
-  const double left = 84, top = 20, right = 92, bottom = 62, w = d.width - left - right, h = d.height - top - bottom;
+  const double left = 84, top = 20, right = 92, bottom = whole ? 62 : 82, w = d.width - left - right, h = d.height - top - bottom;
   const auto at = [&](double px, double py) { return glm::dvec2(left + w * x.at(px), top + h * (1.0 - std::clamp(y.at(py), 0.0, 1.0))); };
   // Below half a pixel: nobody sees it.
   const double edge = at(x0, half_pixel).y;
   d.fill_box(left, edge, w, top + h - edge, glm::vec3(0.90f, 0.96f, 0.91f));
   for (const double t : flat_ticks(x)) {
     d.strokes.push_back({{{left + w * x.at(t), top}, {left + w * x.at(t), top + h}}, 1.0, flat_faint, 1.0f, 0.0});
-    d.words.push_back({{left + w * x.at(t), top + h + 22}, flat_tick_text(t), 15, flat_ink, FlatAnchor::middle});
+    const glm::dvec2 below{left + w * x.at(t), top + h + 22};
+    d.words.push_back({below, whole ? flat_tick_text(t) : fmt::format("{:.3g}", t + drawing), 15, flat_ink, FlatAnchor::middle});
+    if (!whole) d.words.push_back({below + glm::dvec2(0, 19), flat_tick_text(t), 14, flat_grey, FlatAnchor::middle});
   }
   for (const double t : flat_ticks(y)) {
     d.strokes.push_back({{{left, at(x0, t).y}, {left + w, at(x0, t).y}}, 1.0, flat_faint, 1.0f, 0.0});
@@ -328,11 +332,10 @@ FlatDrawing plot(const StudyOverview& o, const std::vector<int>& shown) {
     d.words.push_back({{left + 8, below + 17}, "the truth is known no better", 14, flat_grey, FlatAnchor::left});
   }
   d.strokes.push_back({{{left, top}, {left, top + h}, {left + w, top + h}}, 1.4, flat_ink, 1.0f, 0.0});
-  d.words.push_back({{left + 0.5 * w, top + h + 48},
-                     whole ? "CPU seconds: simulation, map and drawing" : "CPU seconds of the simulation",
-                     16,
-                     flat_ink,
-                     FlatAnchor::middle});
+  const std::string title =
+      whole ? "CPU seconds: simulation, map and drawing"
+            : fmt::format("CPU seconds: simulation, map and drawing (these two {}); grey: of the simulation", seconds_words(drawing));
+  d.words.push_back({{left + 0.5 * w, d.height - 14.0}, title, 16, flat_ink, FlatAnchor::middle});
   d.words.push_back({{22, top + 0.5 * h}, "largest error of a vertex, pixels", 16, flat_ink, FlatAnchor::middle, false, true});
   // The front as a staircase.
   std::vector<const OverviewPoint*> front;
