@@ -94,7 +94,7 @@ def tapered_at_rest(folder):
 
 
 def followed_vibrations(folder):
-    # Effects that the program chooses, vibrations that have to be followed: the runs that judge cost a few times the run that is the result.
+    # Effects that the program chooses, vibrations that have to be followed: the runs that judge cost a few times the run itself.
     # The slider-crank's rod rings after its torque ends, and modes bring that down too slowly: told after one look. A search took
     # 11 and 17 runs for them.
     for name, most, reached in (("pendulum", 9.0, True), ("slider_crank", 12.0, False)):

@@ -1,8 +1,8 @@
 """Estimated errors against true ones:  estimates.py FLEXFRAME [--count N] [--seed S] [--kind NAME ...] [--rows FILE] [--table FILE]
 
 Scenes of run_trust.py that ask for no accuracy, as a user would run them. Time integration: what the run tells against how far it is from
-the same scene at a tolerance a thousand times tighter (a hundred where that is beyond what can be had). Total (with effects, elements, modes): against the truth, whose errors are
-taken from the rows of run_trust.py where --rows names them. Kept: the true error lies between a fifth and five times the estimate.
+the same scene at a tolerance a thousand times tighter (a hundred where that is beyond what can be had). Total (with effects,
+elements, modes): against the truth, whose errors are taken from the rows of run_trust.py where --rows names them. Kept: the true error lies between a fifth and five times the estimate.
 A run whose true and estimated errors are both below 1e-6 of the ranges counts as kept: rounding, and nobody asks for more.
 
   --rows FILE     rows of run_trust.py (not changed)
