@@ -4,6 +4,7 @@
 
 #include "sim/base/cpu_clock.h"
 #include "sim/run/effect_report.h"
+#include "sim/time/system.h"
 
 #include <map>
 #include <optional>
