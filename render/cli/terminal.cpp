@@ -16,7 +16,20 @@ namespace {
 volatile std::sig_atomic_t asked_to_stop = 0;
 Verbosity how_much = Verbosity::usual;
 
-void note_signal(int) { asked_to_stop = 1; }
+// Work that looks at the request leaves no unfinished files behind; a long equilibrium or factorisation may not look for minutes, and who
+// asked (timeout, a queue) does not ask twice. Queues kill 30 s after they asked.
+constexpr unsigned patience = 10;  // s
+
+void note_signal(int) {
+  asked_to_stop = 1;
+  ::alarm(patience);
+}
+
+void stop_at_once(int) {
+  constexpr std::string_view told = "flexframe: interrupted\n";
+  [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, told.data(), told.size());
+  ::_exit(130);
+}
 
 // What goes to a stderr that takes nothing (closed, its disk full) is lost; the work goes on.
 ssize_t say_if_possible(void*, const char* text, std::size_t size) {
@@ -72,6 +85,7 @@ void watch_interrupts() {
   action.sa_flags = static_cast<int>(SA_RESETHAND);
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+  std::signal(SIGALRM, stop_at_once);
   // A reader that went away (| head) is an error of the write, not the end of the process.
   std::signal(SIGPIPE, SIG_IGN);
 }

@@ -23,6 +23,53 @@ def is_whole_png(data):
     return at == len(data) and last == b"IEND"
 
 
+COIL = """
+[simulation]
+duration = 0.1
+start = "static"
+
+[[body]]
+name = "coil"
+kind = "beam"
+axis = { x = "0.05*sin(u) + 0.003*u", y = "0.05*(1 - cos(u))", z = "0.004*(1 - cos(u/6))", to = "6*pi" }
+volumes = 120
+section = { shape = "circle", radius = 0.003 }
+material = { density = 7850, youngs_modulus = 2.1e11 }
+
+[[body]]
+name = "plate"
+kind = "rigid"
+mass = 0.1
+inertia = [1e-5, 1e-5, 1e-5]
+
+[[joint]]
+name = "clamp"
+kind = "weld"
+parent = "ground"
+child = "coil"
+
+[[joint]]
+name = "guide"
+kind = "prismatic"
+parent = "ground"
+child = "plate"
+axis = [1, 0, 0]
+position = [0, 0, 0.008]
+initial = { guess = 0.06 }
+
+[[joint]]
+name = "top"
+kind = "spherical"
+parent = "plate"
+child = "coil.tip"
+
+[[force]]
+kind = "force"
+on = "plate"
+direction = [1, 0, 0]
+value = 0.5
+"""
+
 small = ["--size", "320x180", "--no-error-estimate", "--no-video"]
 with temporary_folder() as folder:
     folder = pathlib.Path(folder)
@@ -63,6 +110,14 @@ with temporary_folder() as folder:
     expect(process.returncode == 130 and "interrupted" in message, f"ctrl-C: exit {process.returncode}: {message}")
     for path in (folder / "c").rglob("*") if (folder / "c").exists() else []:
         expect(not path.name.startswith("."), f"ctrl-C leaves {path.name}")
+
+    # A static start of minutes does not look at the request to end (a coil of many pieces in a loop); the program ends all the same.
+    (folder / "coil.toml").write_text(COIL)
+    process = subprocess.Popen([flexframe, "simulate", str(folder / "coil.toml")], stderr=subprocess.PIPE, text=True)
+    time.sleep(2)
+    process.send_signal(signal.SIGTERM)
+    _, message = process.communicate(timeout=60)
+    expect(process.returncode == 130 and "interrupted" in message, f"SIGTERM in a static start: exit {process.returncode}: {message}")
 
     # An output folder that cannot be: a file in its place, a folder of the kernel.
     (folder / "file").write_text("x")
