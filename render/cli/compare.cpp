@@ -46,20 +46,32 @@ render::CompareOptions settle(const Options& o) {
   if (o.levels) {
     out.gate.levels = *o.levels;
     out.gate.cluster_levels = std::max(usual.cluster_levels, *o.levels);
+    out.gate.faint_levels = std::max(usual.faint_levels, *o.levels);
+    out.gate.local = std::max(usual.local, static_cast<double>(*o.levels));
     if (*o.levels > usual.levels) {
       out.gate.mean = *o.levels;
       out.deep.levels = 257 * *o.levels;
-      out.deep.cluster_levels = std::max(out.deep.cluster_levels, 257 * *o.levels);
+      out.deep.cluster_levels = out.deep.faint_levels = std::max(out.deep.cluster_levels, 257 * *o.levels);
       out.deep.mean = 257.0 * *o.levels;
     }
   }
   if (o.percent) {
     out.gate.share = out.deep.share = *o.percent / 100.0;
-    if (out.gate.share > usual.share) out.gate.cluster = out.deep.cluster = std::numeric_limits<int>::max();
+    if (out.gate.share > usual.share) {
+      out.gate.cluster = out.deep.cluster = out.gate.faint = out.deep.faint = std::numeric_limits<int>::max();
+      out.gate.weight = std::numeric_limits<long>::max();
+      out.gate.local = std::numeric_limits<double>::infinity();
+    }
   }
-  if (o.cluster) out.gate.cluster = out.deep.cluster = *o.cluster + 1;
+  if (o.cluster) {
+    out.gate.cluster = out.deep.cluster = out.deep.faint = *o.cluster + 1;
+    out.gate.faint = std::max(usual.faint, *o.cluster + 1);
+    // A group of that many pixels, each by whatever it is.
+    if (*o.cluster + 1 > usual.cluster) out.gate.weight = std::numeric_limits<long>::max();
+  }
   if (o.mean) {
     out.gate.mean = *o.mean;
+    if (*o.mean > usual.mean) out.gate.local = std::numeric_limits<double>::infinity();
     out.deep.mean = 257.0 * *o.mean;
   }
   return out;
@@ -106,8 +118,10 @@ render::Facts make_facts(const render::CompareRequest& request) {
           {"rule", request.rule.exact
                        ? std::string("equal pixels")
                        : fmt::format("at most {:.4g} % of the pixels differ by more than {} levels, fewer than {} that touch by more "
-                                     "than {}, the mean by at most {:.4g}",
-                                     100.0 * gate.share, gate.levels, gate.cluster, gate.cluster_levels, gate.mean)}};
+                                     "than {} or {} by more than {}, {} levels in all where they touch, the mean by at most {:.4g}, of 64 "
+                                     "x 64 pixels by {:.4g}",
+                                     100.0 * gate.share, gate.levels, gate.cluster, gate.cluster_levels, gate.faint, gate.faint_levels,
+                                     gate.weight, gate.mean, gate.local)}};
 }
 
 void write_text(const std::string& file, const std::string& text) {
@@ -158,8 +172,9 @@ void print_rows(const render::Comparison& comparison, const std::vector<std::str
     bad += fails;
     if (p.state == render::PairState::equal && comparison.pairs.size() > 1) continue;
     if (p.state == render::PairState::passes || p.state == render::PairState::differs || p.state == render::PairState::other_numbers)
-      fmt::print("{}: {}: largest difference {}/{}, mean {:.4g}/{}, {} pixels ({:.4g} %) over the limit, {} of them together{}\n", p.name,
-                 render::state_name(p.state), d.largest, d.full, d.mean, d.full, d.pixels_over, 100.0 * d.share_over, d.cluster,
+      fmt::print("{}: {}{}: largest difference {}/{}, mean {:.4g}/{}, {} pixels ({:.4g} %) over the limit, {} of them together{}\n", p.name,
+                 render::state_name(p.state), d.broken.empty() ? "" : " (" + d.broken + ")", d.largest, d.full, d.mean, d.full,
+                 d.pixels_over, 100.0 * d.share_over, d.cluster,
                  (d.measured ? fmt::format(", SSIM {:.5f}, FLIP {:.5f}", d.ssim, d.flip) : "") +
                      (d.box.width > 0 ? fmt::format(", within {}x{} at {},{}", d.box.width, d.box.height, d.box.x, d.box.y) : ""));
     else fmt::print("{}: {}\n", p.name, render::state_name(p.state));

@@ -27,7 +27,8 @@ constexpr std::array states = {PairState::equal,      PairState::passes,        
 std::string rule_text(const render::CompareRequest& request) {
   std::string out = fmt::format("{} {}", program_fingerprint(), request.rule.exact);
   for (const render::Gate& g : {request.rule.gate, request.rule.deep})
-    out += fmt::format(" {} {} {} {} {}", g.levels, g.share, g.cluster_levels, g.cluster, g.mean);
+    out += fmt::format(" {} {} {} {} {} {} {} {} {}", g.levels, g.share, g.cluster_levels, g.cluster, g.mean, g.weight, g.faint_levels,
+                       g.faint, g.local);
   for (const render::IgnoredRegion& r : request.regions)
     out += fmt::format("\n{} {} {} {} {}", r.pattern, r.box.x, r.box.y, r.box.width, r.box.height);
   return out;
@@ -43,6 +44,7 @@ json row_of(const ComparedPair& p) {
           {"flags", {d.passes, d.equal, d.same_size}},
           {"counts", {d.full, d.largest, d.pixels_over, d.cluster, d.ignored}},
           {"box", {d.box.x, d.box.y, d.box.width, d.box.height}},
+          {"broken", d.broken},
           {"mean", d.mean},
           {"share_over", d.share_over}};
 }
@@ -72,6 +74,7 @@ ComparedPair pair_of(const json& row) {
   d.ignored = counts[4];
   const auto box = row.at("box").get<std::array<int, 4>>();
   d.box = {.x = box[0], .y = box[1], .width = box[2], .height = box[3]};
+  d.broken = row.at("broken").get<std::string>();
   d.mean = row.at("mean").get<double>();
   d.share_over = row.at("share_over").get<double>();
   return p;

@@ -33,7 +33,23 @@ render::Surface& add_surface(const Animation& animation, PictureMemory& memory, 
   surface.edge_flags = model.edge_flags;
   surface.silhouette = animation.settings.silhouette;
   memory.picture.surfaces.push_back(surface);
+  memory.drawn.push_back(static_cast<size_t>(&model - animation.bodies.data()));
   return memory.picture.surfaces.back();
+}
+
+// Fewer triangles of fine meshes, as far as nobody sees it.
+void choose_levels(const Animation& animation, PictureMemory& memory) {
+  const render::ScalarMap& map = memory.picture.scalar_map;
+  // A hundredth of the colours; bands and lines of equal values must not leave their places.
+  const double value = map.logarithmic ? 0.0 : (map.levels > 1 || map.isolines > 1 ? 0.001 : 0.01) * std::abs(map.upper - map.lower);
+  for (size_t i = 0; i < memory.drawn.size(); ++i) {
+    const BodyModel& model = animation.bodies[memory.drawn[i]];
+    render::Surface& surface = memory.picture.surfaces[i];
+    if (model.levels.empty() || surface.edges || surface.wires) continue;
+    const double length = unseen_length(memory.picture, surface.pose, surface.positions);
+    if (const DetailLevel* level = fitting_level(model.levels, surface.positions, model.flexible, length, surface.scalars, value))
+      surface.triangles = level->triangles;
+  }
 }
 
 // The axis of a thin beam: seen where its section is finer than a pixel or two, inside it elsewhere.
@@ -243,12 +259,18 @@ void add_body(const Animation& animation, size_t b, int k, PictureMemory& memory
   add_trail(animation, b, k, memory, skin);
 }
 
-// A value as its label says it: to a thousandth of the colours' range, below which it is rounding; of logarithmic colours three digits.
+// How many decimals a value's label has: to a thousandth of the colours' range, below which it is rounding; -1: three digits, where
+// colours are logarithmic.
+int value_decimals(double value, const render::ScalarMap& map, double factor) {
+  const double range = std::abs(map.upper - map.lower) * factor;
+  if (map.logarithmic || !(range > 0.0) || std::abs(value * factor) > 1e3 * range) return -1;
+  return std::clamp(2 - static_cast<int>(std::floor(std::log10(range) + 1e-9)), 0, 12);
+}
+
 std::string value_text(double value, const render::ScalarMap& map, double factor) {
-  const double range = std::abs(map.upper - map.lower) * factor, shown = value * factor;
-  if (map.logarithmic || !(range > 0.0) || std::abs(shown) > 1e3 * range) return fmt::format("{:.3g}", shown);
-  const int decimals = std::clamp(2 - static_cast<int>(std::floor(std::log10(range) + 1e-9)), 0, 12);
-  const std::string text = fmt::format("{:.{}f}", shown, decimals);
+  const int decimals = value_decimals(value, map, factor);
+  if (decimals < 0) return fmt::format("{:.3g}", value * factor);
+  const std::string text = fmt::format("{:.{}f}", value * factor, decimals);
   return text[0] == '-' && text.find_first_not_of("-0.") == std::string::npos ? text.substr(1) : text;
 }
 
@@ -267,12 +289,13 @@ void add_labels(const Animation& animation, const SamplePlace& place, PictureMem
   for (const Animation::Probe& probe : animation.probes)
     if (!memory.scalars[probe.body].empty()) add(probe.name, probe.body, static_cast<size_t>(probe.point));
   if (!animation.settings.extremes) return;
-  // Of points that have the extreme value but for rounding the one nearest to the viewer: it is seen, where one is.
+  // Of points that have the extreme value but for rounding, as its label says it, the one nearest to the viewer of those whose side he
+  // sees: where one is seen, it is that.
   struct Extreme {
     size_t body = 0, point = 0;
     float value = 0.0f;
     double away = 0.0;
-    bool found = false;
+    bool faces = false, found = false;
   } low, high;
   for (size_t b = 0; b < memory.scalars.size(); ++b)
     for (const float value : memory.scalars[b]) {
@@ -282,16 +305,24 @@ void add_labels(const Animation& animation, const SamplePlace& place, PictureMem
     }
   if (!high.found) return;
   const float near = 5e-4f * (high.value - low.value);
+  const auto alike = [&](float value, float extreme) {
+    if (std::abs(value - extreme) <= near) return true;
+    const int decimals = value_decimals(static_cast<double>(extreme), animation.scalar_map, bar.factor);
+    const double last = bar.factor * std::pow(10.0, decimals);
+    return decimals >= 0 && std::nearbyint(last * static_cast<double>(value)) == std::nearbyint(last * static_cast<double>(extreme));
+  };
   high.found = low.found = false;
   for (size_t b = 0; b < memory.scalars.size(); ++b)
     for (size_t p = 0; p < memory.scalars[b].size(); ++p)
       for (Extreme* const one : {&high, &low}) {
-        if (!(std::abs(memory.scalars[b][p] - one->value) <= near)) continue;
+        if (!alike(memory.scalars[b][p], one->value)) continue;
         const glm::dmat4 pose = body_pose(animation.results->bodies[b], place);
-        const glm::dvec3 at(pose * glm::dvec4(memory.skins[memory.solid[b]].positions[p], 1.0));
-        const double away = glm::length(at - memory.picture.camera.position);
-        if (one->found && away >= one->away) continue;
-        *one = {b, p, one->value, away, true};
+        const PictureMemory::Skin& skin = memory.skins[memory.solid[b]];
+        const glm::dvec3 way = memory.picture.camera.position - glm::dvec3(pose * glm::dvec4(skin.positions[p], 1.0));
+        const double away = glm::length(way);
+        const bool faces = glm::dot(glm::dmat3(pose) * glm::dvec3(skin.normals[p]), way) > 0.05 * away;
+        if (one->found && (one->faces > faces || (one->faces == faces && away >= one->away))) continue;
+        *one = {b, p, one->value, away, faces, true};
       }
   if (high.found) add("max", high.body, high.point);
   if (low.found) add("min", low.body, low.point);
@@ -339,6 +370,7 @@ void update_picture(const Animation& animation, int k, PictureMemory& memory) {
   picture.lighting.direction = animation.light;
   fill_overlay(animation, t, picture);
   picture.surfaces.clear();
+  memory.drawn.clear();
   picture.markers.clear();
   picture.lines.clear();
   picture.labels.clear();
@@ -355,6 +387,7 @@ void update_picture(const Animation& animation, int k, PictureMemory& memory) {
   update_attachments(animation, k, memory);
   if (settings.section) picture.cut = render::Cut{settings.section->point.value_or(animation.bounds.centre()), settings.section->normal};
   aim_camera(animation, k, animation.camera, picture);
+  choose_levels(animation, memory);
   add_labels(animation, find_sample(animation.results->times, t), memory);
 }
 

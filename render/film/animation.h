@@ -145,6 +145,7 @@ struct PictureMemory {
     std::vector<glm::vec3> positions, normals;
   };
   std::vector<size_t> solid;                            // a body each: the skin of its solid surface
+  std::vector<size_t> drawn;                            // the bodies whose surfaces the picture begins with
   std::vector<Skin> skins;                              // one a drawn surface
   std::vector<std::vector<float>> scalars;              // one a body, per shading point
   std::vector<std::vector<glm::vec3>> vectors, shears;  // likewise, of bodies coloured by_length

@@ -372,6 +372,25 @@ std::vector<glm::dvec3> points_of_window(const Animation& animation, const Surve
   return points;
 }
 
+// Bodies of many triangles are drawn with fewer where they are finer than the pixels.
+void add_levels(Animation& animation) {
+  size_t all = 0;
+  for (const BodyModel& model : animation.bodies) all += model.visible ? model.triangles.size() : 0;
+  if (!animation.settings.level_of_detail || all < detail_from) return;
+  for (BodyModel& model : animation.bodies) {
+    if (!model.visible || 10 * model.triangles.size() < all) continue;
+    std::vector<glm::vec3> rest;
+    rest.reserve(model.mesh.point_position.size());
+    for (const int p : model.mesh.point_position) rest.emplace_back(model.mesh.positions[static_cast<size_t>(p)]);
+    model.levels = make_levels(rest, model.triangles);
+    if (model.levels.empty()) continue;
+    animation.notes.push_back(
+        fmt::format("{}: of its {} triangles no more are drawn than half a pixel and a hundredth of the colours take, {} at least; "
+                    "[render] level_of_detail = false draws all",
+                    model.name, model.triangles.size(), model.levels.front().triangles.size()));
+  }
+}
+
 }  // namespace
 
 Animation make_animation(const sim::Results& results, const RenderSettings& asked, const sim::Scene* scene) {
@@ -415,6 +434,7 @@ Animation make_animation(const sim::Results& results, const RenderSettings& aske
       animation.notes.push_back(fmt::format("{}: {}", results.bodies[b].name, warning));
   }
 
+  add_levels(animation);
   if (settings.color_by == ColorBy::stress && shares_of_yield(animation.bodies))
     for (size_t b = 0; b < animation.bodies.size(); ++b) {
       BodyModel& model = animation.bodies[b];

@@ -9,6 +9,7 @@
 #include "interp/map.h"
 #include "interp/modes.h"
 #include "interp/surface.h"
+#include "render/film/detail.h"
 #include "render/film/motion.h"
 #include "render/film/rigid_mesh.h"
 #include "render/film/settings.h"
@@ -61,6 +62,7 @@ struct BodyModel {
   std::string name;
   render::Mesh mesh;                  // no triangles: drawn as markers at its nodes
   std::vector<glm::uvec3> triangles;  // of shading points
+  std::vector<DetailLevel> levels;    // coarser ones, where they are many
   std::vector<glm::vec3> colors;      // per shading point where the mesh has vertex colours or several materials, else empty
   render::Material material;
   double yield_stress = 0.0;  // Pa: its colours by stress are shares of it

@@ -236,12 +236,12 @@ void read_channels(const TableReader& reader, RenderSettings& settings) {
 }
 
 RenderSettings read_table(const TableReader& reader) {
-  reader.allow({"size",        "frame_rate", "speed",   "samples",    "scales",      "exaggeration",  "color_by",
-                "color_range", "colormap",   "trail",   "undeformed", "scheme",      "background",    "ground",
-                "joints",      "nodes",      "forces",  "traces",     "triads",      "contact_sheet", "channels",
-                "video",       "mode",       "shadows", "occlusion",  "edges",       "silhouette",    "camera",
-                "overlay",     "look",       "bands",   "isolines",   "color_scale", "probes",        "extremes",
-                "section",     "print_size", "dpi",     "dimensions", "insets",      "stress",        "yield_stress"});
+  reader.allow({"size",        "frame_rate",   "speed",          "samples",       "scales",     "exaggeration", "color_by",   "color_range",
+                "colormap",    "trail",        "undeformed",     "scheme",        "background", "ground",       "joints",     "nodes",
+                "forces",      "traces",       "triads",         "contact_sheet", "channels",   "video",        "mode",       "shadows",
+                "occlusion",   "edges",        "silhouette",     "camera",        "overlay",    "look",         "bands",      "isolines",
+                "color_scale", "probes",       "extremes",       "section",       "print_size", "dpi",          "dimensions", "insets",
+                "stress",      "yield_stress", "level_of_detail"});
   RenderSettings settings;
   apply_look(static_cast<LookKind>(reader.word("look", look_words(), static_cast<size_t>(settings.look))), settings);
 
@@ -321,6 +321,7 @@ RenderSettings read_table(const TableReader& reader) {
     settings.edges = reader.boolean("edges", false) ? EdgeLines::mesh : EdgeLines::none;
   }
   settings.silhouette = reader.boolean("silhouette", settings.silhouette);
+  settings.level_of_detail = reader.boolean("level_of_detail", settings.level_of_detail);
   if (const auto camera = reader.table("camera")) settings.camera = read_camera(*camera);
   if (const auto overlay = reader.table("overlay")) settings.overlay = read_overlay(*overlay);
   return settings;

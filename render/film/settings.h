@@ -127,6 +127,7 @@ struct RenderSettings {
   float text_scale = 1.0f;
   std::string video = "mp4";
   bool shadows = true, occlusion = true, silhouette = false;
+  bool level_of_detail = true;  // fewer triangles of meshes finer than pixels (detail.h)
   EdgeLines edges = EdgeLines::creases;
   bool studio = true, grid = true;  // light of the look, and lines on its ground
   CameraSettings camera;

@@ -46,6 +46,7 @@ std::string failure_text(const ComparedPair& p) {
   if (!was_measured(p.state)) return state_name(p.state);
   std::string out = fmt::format("largest difference {}/{}, mean {:.4g}, {} pixels ({:.4g} %) over the limit, {} of them together",
                                 d.largest, d.full, d.mean, d.pixels_over, 100.0 * d.share_over, d.cluster);
+  if (!d.broken.empty()) out = d.broken + "; " + out;
   if (d.box.width > 0) out += fmt::format(", within {} x {} at {}, {}", d.box.width, d.box.height, d.box.x, d.box.y);
   return p.numbers.empty() ? out : p.numbers + "; " + out;
 }

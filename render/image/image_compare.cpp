@@ -280,19 +280,26 @@ double compute_flip(const Image& whole_reference, const Image& whole_test, Image
 
 namespace {
 
-// The most pixels of `marked` that touch one another, by sides or corners. Clears what it counts.
-long largest_cluster(std::vector<std::uint8_t>& marked, int width, int height) {
-  long most = 0;
+// The most pixels that touch one another, by sides or corners, and differ by more than `levels`, and the largest sum of such a group.
+struct Groups {
+  long count = 0, weight = 0;
+};
+Groups largest_groups(const std::vector<int>& differences, int levels, int width) {
+  Groups most;
+  const int height = static_cast<int>(differences.size()) / width;
+  std::vector<std::uint8_t> marked(differences.size());
+  for (std::size_t i = 0; i < differences.size(); ++i) marked[i] = differences[i] > levels;
   std::vector<std::size_t> open;
   for (std::size_t start = 0; start < marked.size(); ++start) {
     if (!marked[start]) continue;
-    long count = 0;
+    Groups group;
     marked[start] = 0;
     open.assign(1, start);
     while (!open.empty()) {
       const std::size_t at = open.back();
       open.pop_back();
-      ++count;
+      ++group.count;
+      group.weight += differences[at];
       const int x = static_cast<int>(at % static_cast<std::size_t>(width)), y = static_cast<int>(at / static_cast<std::size_t>(width));
       for (int v = std::max(0, y - 1); v <= std::min(height - 1, y + 1); ++v)
         for (int u = std::max(0, x - 1); u <= std::min(width - 1, x + 1); ++u) {
@@ -302,9 +309,50 @@ long largest_cluster(std::vector<std::uint8_t>& marked, int width, int height) {
           open.push_back(k);
         }
     }
-    most = std::max(most, count);
+    most = {std::max(most.count, group.count), std::max(most.weight, group.weight)};
   }
   return most;
+}
+
+// The sums of signed differences over fields of 64 x 64 pixels; those at the right and lower rim are larger by what is left.
+class Fields {
+ public:
+  Fields(int width, int height) : columns_(std::max(1, width / side)), rows_(std::max(1, height / side)) {
+    sums_.resize(std::size_t(columns_) * rows_);
+  }
+  void add(int x, int y, int channel, int difference) { field(x, y).sum[static_cast<std::size_t>(channel)] += difference; }
+  void count(int x, int y) { ++field(x, y).pixels; }
+  // The largest mean of a field; of less than a quarter of one single pixels would be too much of it.
+  double largest() const {
+    double most = 0.0;
+    for (const Field& f : sums_)
+      for (const long sum : f.sum)
+        if (4 * f.pixels >= side * side) most = std::max(most, std::abs(static_cast<double>(sum)) / static_cast<double>(f.pixels));
+    return most;
+  }
+
+ private:
+  static constexpr int side = 64;
+  struct Field {
+    std::array<long, 4> sum{};
+    long pixels = 0;
+  };
+  Field& field(int x, int y) {
+    return sums_[std::size_t(std::min(y / side, rows_ - 1)) * static_cast<std::size_t>(columns_) + std::min(x / side, columns_ - 1)];
+  }
+  int columns_, rows_;
+  std::vector<Field> sums_;
+};
+
+// The first of the limits that a difference breaks; empty: none.
+std::string broken_limit(const ImageDifference& d, const Groups& strong, const Groups& faint, double local, const Gate& gate) {
+  if (d.share_over > gate.share) return fmt::format("{} pixels off by more than {}", d.pixels_over, gate.levels);
+  if (strong.count >= gate.cluster) return fmt::format("{} touching pixels off by more than {}", strong.count, gate.cluster_levels);
+  if (strong.weight > gate.weight) return fmt::format("touching pixels off by {} in all", strong.weight);
+  if (faint.count >= gate.faint) return fmt::format("{} touching pixels off by more than {}", faint.count, gate.faint_levels);
+  if (d.mean > gate.mean) return fmt::format("mean {:.4g}", d.mean);
+  if (local > gate.local) return fmt::format("a field of 64 x 64 pixels off by {:.3g} in the mean", local);
+  return {};
 }
 
 // What is looked at: an empty span is everything. Throws if it does not fit.
@@ -331,22 +379,29 @@ PixelBox box_over(const std::vector<int>& differences, int width, int levels) {
   return right < 0 ? PixelBox{} : PixelBox{left, top, right - left + 1, bottom - top + 1};
 }
 
-// The gate on the difference of every pixel (its largest channel), row by row, 0 where it is ignored; mean: over the channels of the rest.
-void judge(ImageDifference& d, const std::vector<int>& differences, int width, double mean, const Gate& gate, bool exact) {
-  std::vector<std::uint8_t> marked;
-  for (std::size_t i = 0; i < differences.size(); ++i) {
-    d.largest = std::max(d.largest, differences[i]);
-    d.pixels_over += differences[i] > gate.levels;
-    if (differences[i] <= gate.cluster_levels) continue;
-    if (marked.empty()) marked.assign(differences.size(), 0);
-    marked[i] = 1;
+// Over the channels of all pixels that are looked at; the largest of a field.
+struct Means {
+  double all = 0.0, field = 0.0;
+};
+
+// The gate on the difference of every pixel (its largest channel), row by row, 0 where it is ignored.
+void judge(ImageDifference& d, const std::vector<int>& differences, int width, const Means& means, const Gate& gate, bool exact) {
+  for (const int difference : differences) {
+    d.largest = std::max(d.largest, difference);
+    d.pixels_over += difference > gate.levels;
   }
-  d.cluster = largest_cluster(marked, width, static_cast<int>(differences.size()) / width);
+  Groups strong, faint;
+  if (d.largest > gate.cluster_levels) strong = largest_groups(differences, gate.cluster_levels, width);
+  if (d.largest > gate.faint_levels) faint = largest_groups(differences, gate.faint_levels, width);
+  d.cluster = strong.count;
   d.equal = d.largest == 0;
-  d.mean = mean;
+  d.mean = means.all;
   d.box = box_over(differences, width, d.pixels_over > 0 ? gate.levels : 0);
   d.share_over = static_cast<double>(d.pixels_over) / static_cast<double>(static_cast<long>(differences.size()) - d.ignored);
-  d.passes = d.equal || (!exact && d.share_over <= gate.share && d.cluster < gate.cluster && d.mean <= gate.mean);
+  if (d.equal) d.broken.clear();
+  else if (exact) d.broken = "pixels that are not equal";
+  else d.broken = broken_limit(d, strong, faint, means.field, gate);
+  d.passes = d.broken.empty();
 }
 
 // The candidate with the baseline's pixels where it is ignored.
@@ -381,16 +436,29 @@ ImageDifference compare_images(const Image& baseline, const Image& candidate, co
   };
   double sum = 0.0;
   std::vector<int> differences(n, 0);
+  bool colours_unseen = false;
+  Fields fields(baseline.width, baseline.height);
   for (std::size_t i = 0; i < n; ++i) {
     if (!options.ignored.empty() && options.ignored[i]) continue;
+    const int x = static_cast<int>(i) % baseline.width, y = static_cast<int>(i) / baseline.width;
+    fields.count(x, y);
+    // What is transparent in both has no colour.
+    const bool unseen = channels == 4 && value(baseline, i, 3) == 0 && value(candidate, i, 3) == 0 && !options.exact;
     for (int k = 0; k < channels; ++k) {
-      const int difference = std::abs(value(baseline, i, k) - value(candidate, i, k));
-      differences[i] = std::max(differences[i], difference);
-      sum += difference;
+      const int difference = value(candidate, i, k) - value(baseline, i, k);
+      if (difference == 0) continue;
+      if (unseen) {
+        colours_unseen = true;
+        continue;
+      }
+      differences[i] = std::max(differences[i], std::abs(difference));
+      sum += std::abs(difference);
+      fields.add(x, y, k, difference);
     }
   }
-  judge(d, differences, baseline.width, sum / (static_cast<double>(static_cast<long>(n) - d.ignored) * channels), options.gate,
-        options.exact);
+  const double values = static_cast<double>(static_cast<long>(n) - d.ignored) * channels;
+  judge(d, differences, baseline.width, {sum / values, fields.largest()}, options.gate, options.exact);
+  d.equal = d.equal && !colours_unseen;
   if (options.measures && !d.equal) {
     const Image looked_at = with_ignored(baseline, candidate, options.ignored);
     d.ssim = compute_ssim(baseline, looked_at);
@@ -417,7 +485,7 @@ ImageDifference compare_images(const Image16& baseline, const Image16& candidate
     sum += difference;
   }
   const long looked_at = static_cast<long>(differences.size()) - d.ignored;
-  judge(d, differences, baseline.width, sum / (static_cast<double>(looked_at) * baseline.channels), options.deep, options.exact);
+  judge(d, differences, baseline.width, {sum / (static_cast<double>(looked_at) * baseline.channels), 0.0}, options.deep, options.exact);
   if (!options.measures || d.equal) return d;
   d.heat = make_image(baseline.width, baseline.height, 3);
   for (std::size_t i = 0; i < differences.size(); ++i) {

@@ -1,7 +1,9 @@
 // Are two pictures the same? The gate is simple, the measures are for the report.
 //
 // Gate: equal values, or all of: at most `share` of the pixels differ by more than `levels` in some channel; nowhere do `cluster` pixels
-// that touch (also by a corner) differ by more than `cluster_levels`; the mean difference is at most `mean`. A processor with other vector
+// that touch (also by a corner) differ by more than `cluster_levels`, or such a group by `weight` levels in all (a decimal point that is
+// gone), or `faint` touching pixels by more than `faint_levels` (a pale line); the mean difference is at most `mean`, and in no field of
+// 64 x 64 pixels are all lighter or darker by `local` in a channel, in the mean. A processor with other vector
 // instructions changes single pixels by a few levels and passes; a minus sign that is gone, a small patch of another colour, a shift of
 // every pixel by two levels, a deformation 0.1 % off do not. The table of pairs that the gate is made from: tests/unit/render_compare.cpp.
 // Pictures of 16 bits (depth, scalar) are compared in their own units, by `Gate16`.
@@ -12,7 +14,9 @@
 
 #include "render/image/image.h"
 
+#include <limits>
 #include <span>
+#include <string>
 
 namespace flexframe::render {
 
@@ -23,9 +27,22 @@ struct Gate {
   int cluster_levels = 16;  // pixels that differ by more than this
   int cluster = 4;          // may not touch in such a number
   double mean = 0.1;        // over channels and pixels
+  long weight = 160;        // sum of the differences of pixels that touch and differ by more than cluster_levels
+  int faint_levels = 7;     // other processors' single pixels stay below
+  int faint = 8;            // pixels that differ by more than that may not touch in such a number
+  double local = 0.75;      // mean of the signed difference over a field
 };
-// 16 bits: a pixel of another processor's depth is off by a few units of rounding; 256 units are 0.4 % of the range.
-inline constexpr Gate gate16{.levels = 32, .share = 5e-5, .cluster_levels = 256, .cluster = 4, .mean = 8.0};
+// 16 bits: a pixel of another processor's depth is off by a few units of rounding; 256 units are 0.4 % of the range. A single pixel of a
+// silhouette may fall the other way by the whole range.
+inline constexpr Gate gate16{.levels = 32,
+                             .share = 5e-5,
+                             .cluster_levels = 256,
+                             .cluster = 4,
+                             .mean = 8.0,
+                             .weight = std::numeric_limits<long>::max(),
+                             .faint_levels = 256,
+                             .faint = 4,
+                             .local = std::numeric_limits<double>::infinity()};
 
 struct CompareOptions {
   Gate gate{};           // of pictures with 8 bits
@@ -52,6 +69,7 @@ struct ImageDifference {
   double mean = 0.0;      // over channels and pixels, of `full`
   long pixels_over = 0;   // with a channel over `levels`
   long cluster = 0;       // most pixels over `cluster_levels` that touch one another
+  std::string broken;     // where it does not pass: which of the gate's limits
   long ignored = 0;       // pixels that were not looked at; shares and means are those of the others
   PixelBox box;           // the smallest with all pixels over `levels`, or with all that differ where none is
   double share_over = 0.0;

@@ -18,6 +18,7 @@ find_package(HDF5 REQUIRED COMPONENTS C)
 
 find_package(glm REQUIRED)
 find_package(assimp REQUIRED)
+find_package(meshoptimizer REQUIRED)
 pkg_check_modules(deflate REQUIRED IMPORTED_TARGET GLOBAL libdeflate)
 
 # Sparse factorisation of finite element models: MUMPS (sequential), METIS ordering, OpenBLAS kernels. OpenBLAS with OpenMP starts threads

@@ -28,7 +28,7 @@ set(CPACK_DEBIAN_DEV_PACKAGE_NAME libflexframe-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_SHLIBDEPS OFF)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
-  "libeigen3-dev, libglm-dev, libsundials-dev, libfmt-dev, libtomlplusplus-dev, libhdf5-dev, libassimp-dev, \
+  "libeigen3-dev, libglm-dev, libsundials-dev, libfmt-dev, libtomlplusplus-dev, libhdf5-dev, libassimp-dev, libmeshoptimizer-dev, \
 libdeflate-dev, libmumps-seq-dev, libmetis-dev, libopenblas-openmp-dev, pkg-config")
 if(NLOPT_LIBRARY)
   string(APPEND CPACK_DEBIAN_DEV_PACKAGE_DEPENDS ", libnlopt-dev")

@@ -99,7 +99,22 @@ std::vector<Pair> pairs() {
   benign("a row of rounding: 40 neighbours by one level", [](Image& i) { patch(i, 100, 100, 40, 1, 1); });
   benign("three neighbours by 40 levels, an edge that falls the other way", [](Image& i) { patch(i, 210, 180, 1, 3, 40); });
   benign("the disc's rim by one level", [](Image& i) { patch(i, 205, 90, 190, 2, 1); });
+  benign("rounding all over a field: every third pixel up or down by one", [](Image& i) {
+    for (int y = 100; y < 180; ++y)
+      for (int x = 100; x < 200; x += 3) add(i, x, y, (x / 3 + y) % 2 ? 1 : -1);
+  });
+  benign("seven touching pixels by 12 levels", [](Image& i) { patch(i, 400, 300, 7, 1, 12); });
+  benign("one sample of a dark rim that falls the other way", [](Image& i) { add(i, 300, 40, -137); });
 
+  faulty("a decimal point gone: two pixels by 90", [](Image& i) { patch(i, 400, 300, 1, 2, -90); });
+  faulty("a decimal point gone: one pixel by 180", [](Image& i) { add(i, 400, 100, -180); });
+  faulty("a pale line of ten pixels by 12 levels", [](Image& i) { patch(i, 400, 300, 10, 1, 12); });
+  faulty("a field of 130 x 130 pixels by one level", [](Image& i) { patch(i, 60, 60, 130, 130, 1); });
+  faulty("red by one level over 130 x 130 pixels", [](Image& i) {
+    for (int y = 60; y < 190; ++y)
+      for (int x = 60; x < 190; ++x) ++at(i, x, y, 0);
+  });
+  faulty("two levels over the disc's middle", [](Image& i) { patch(i, 250, 120, 128, 128, 2); });
   faulty("minus signs gone", [](Image& i) {
     for (int x = 0; x < width; ++x)
       if (x % 60 >= 20 && x % 60 < 26)
@@ -155,6 +170,35 @@ TEST(CompareGate, TableOfPairs) {
   }
   EXPECT_GE(benign, 20);
   EXPECT_GE(faulty, 20);
+}
+
+// What nobody sees is no difference, but where equal pixels are asked for.
+TEST(CompareGate, ColoursOfTransparentPixelsDoNotCount) {
+  Image before = make_image(64, 64, 4, 0), after = before;
+  for (std::size_t i = 0; i < after.pixels.size(); i += 4) after.pixels[i] = 200;
+  EXPECT_TRUE(compare_images(before, after, quick).passes);
+  EXPECT_FALSE(compare_images(before, after, quick).equal);
+  CompareOptions exact = quick;
+  exact.exact = true;
+  EXPECT_FALSE(compare_images(before, after, exact).passes);
+  for (int k = 0; k < 3; ++k) before.pixels[4 * (64 * 10 + 10 + k) + 3] = after.pixels[4 * (64 * 10 + 10 + k) + 3] = 90;
+  EXPECT_FALSE(compare_images(before, after, quick).passes) << "seen: three pixels by 200 levels";
+}
+
+// A failure names the limit that it breaks.
+TEST(CompareGate, NamesTheLimit) {
+  const Image before = scene();
+  const std::vector<std::pair<std::string, std::function<void(Image&)>>> cases = {
+      {"touching pixels off by 180 in all", [](Image& i) { add(i, 400, 100, -180); }},
+      {"10 touching pixels off by more than 7", [](Image& i) { patch(i, 400, 300, 10, 1, 12); }},
+      {"4 touching pixels off by more than 16", [](Image& i) { patch(i, 400, 300, 2, 2, 20); }},
+      {"a field of 64 x 64 pixels off by 1 in the mean", [](Image& i) { patch(i, 60, 60, 130, 130, 1); }}};
+  for (const auto& [what, change] : cases) {
+    Image after = before;
+    change(after);
+    EXPECT_EQ(compare_images(before, after, quick).broken, what);
+  }
+  EXPECT_EQ(compare_images(before, before, quick).broken, "");
 }
 
 TEST(CompareGate, SixteenBitsAreComparedAsSuch) {
