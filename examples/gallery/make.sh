@@ -45,21 +45,23 @@ cd "$work"
 # The engine with colours that show what is cut.
 sed -e 's|"\.\./assets|"'"$here"'/../../assets|' -e 's|^mesh = .*crank.obj"|&\ncolor = "#4a78a8"|' \
   -e 's|^mesh = .*piston.obj"|&\ncolor = "#c9a227"|' "$here/../engine.toml" >"$work/engine_cut.toml"
+# The blade with a ghost in the colours of its values.
+sed -e 's|"\.\./\.\./assets|"'"$here"'/../../assets|' -e '/^drawing = { ghost_color/d' "$here/../beams/blade.toml" >"$work/blade_colours.toml"
 
 picture 01_slider_crank "$here/../slider_crank.toml" 30 \
   $'scales = [1, 20]\nframe_rate = 60\nspeed = 0.25\ncamera = { window = [0.4, 0.6] }\noverlay = { plot = ["slider.x", "rod_middle.y"] }'
 picture 02_engine "$here/../engine.toml" 95 \
   $'speed = 0.05\ncolor_by = "none"\nscales = [100000]\nundeformed = true\ncamera = { direction = [-0.35, -0.3, -1] }'
 picture 03_engine_section "$work/engine_cut.toml" 2 \
-  $'speed = 0.05\ncolor_by = "none"\nscales = [1]\njoints = false\nsection = { normal = [0, 0, 1], bodies = ["piston", "crank"] }\n'\
+  $'speed = 0.05\ncolor_by = "none"\nscales = [1]\njoints = false\nsection = { point = [0, 0, 0], normal = [0, 0, 1], bodies = ["rod", "crank"] }\n'\
 $'camera = { direction = [-0.35, -0.3, -1] }'
-picture 04_conrod "$here/../engine.toml" 95 \
-  $'speed = 0.1\ncolor_by = "displacement"\nscales = [1]\nextremes = true\ncolor_range = [0, 1.3e-7]'
-picture 05_strip "$here/../beams/strip.toml" 40 $'color_by = "displacement"\nscales = [1]\ncamera = { window = [0.39, 0.41] }\n'\
+picture 04_conrod "$here/../engine.toml" 96 \
+  $'speed = 0.1\ncolor_by = "displacement"\nscales = [1]\njoints = false\nextremes = true\ncolor_range = [0, 4.3e-7]'
+picture 05_strip "$here/../beams/strip.toml" 40 $'color_by = "displacement"\nscales = [1]\nground = false\ncamera = { direction = [-0.35, -0.12, -1], window = [0.39, 0.41] }\n'\
 $'insets = [{ at = "strip.tip", zoom = 8, corner = "upper right", label = "tip" }]'
-picture 06_blade "$here/../beams/blade.toml" 25 $'color_by = "displacement"\nscales = [1, 10]\n'\
+picture 06_blade "$work/blade_colours.toml" 25 $'color_by = "displacement"\nscales = [1, 10]\n'\
 $'color_range = { window = [3.7, 3.77], percentile = 100 }\n'\
-$'camera = { window = [3.7, 3.77], direction = [-1, 0.25, -0.35], up = [0, 0, 1] }' z
+$'camera = { window = [3.7, 3.77], direction = [-1, 0.45, -0.28], up = [0, 0, 1] }' z
 picture 07_buckling "$here/../beams/buckling.toml" 99 \
   $'color_by = "displacement"\nscales = [1]\ncolormap = "cividis"\nextremes = true\n'\
 $'camera = { direction = [0.25, -0.16, -1], window = [9.8, 9.9] }\noverlay = { plot = ["middle.y"] }'
@@ -68,7 +70,8 @@ picture 09_rotor "$(template rotor)" 60 \
   $'color_by = "stress"\nscales = [1]\njoints = false\ncolor_range = { window = [0.29, 0.31], percentile = 100 }\nextremes = true'
 picture 10_fe_body "$(template fe-body)" 30 \
   $'color_by = "displacement"\nscales = "auto"\nextremes = true\ncolor_range = { window = [0.08, 0.1] }'
-picture 11_suspension "$(template suspension)" 35 $'color_by = "body"\nlook = "presentation"'
+picture 11_suspension "$(template suspension)" 35 $'color_by = "body"\nlook = "presentation"\n'\
+$'camera = { direction = [0.55, -0.3, 1], window = [0.69, 0.71] }'
 picture 12_robot "$(template robot-arm)" 55 $'color_by = "none"\nlook = "presentation"\nforces = true\ncamera = { window = [1.1, 1.1] }' z
 picture 13_mems "$here/mems.toml" 80 $'color_by = "stress"\nscales = [1]\nforces = true'
 picture 14_crane "$here/crane.toml" 6 $'color_by = "stress"\nscales = [1, 5]\nforces = true\ncamera = { window = [0.6, 0.8] }'
