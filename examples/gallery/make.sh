@@ -46,18 +46,21 @@ cd "$work"
 sed -e 's|"\.\./assets|"'"$here"'/../../assets|' -e 's|^mesh = .*crank.obj"|&\ncolor = "#4a78a8"|' \
   -e 's|^mesh = .*piston.obj"|&\ncolor = "#c9a227"|' "$here/../engine.toml" >"$work/engine_cut.toml"
 # The blade with a ghost in the colours of its values.
-sed -e 's|"\.\./\.\./assets|"'"$here"'/../../assets|' -e '/^drawing = { ghost_color/d' "$here/../beams/blade.toml" >"$work/blade_colours.toml"
+sed -e 's|"\.\./\.\./assets|"'"$here"'/../../assets|' -e '/^drawing = { ghost_color/d' \
+  "$here/../beams/blade.toml" >"$work/blade_colours.toml"
 
 picture 01_slider_crank "$here/../slider_crank.toml" 30 \
   $'scales = [1, 20]\nframe_rate = 60\nspeed = 0.25\ncamera = { window = [0.4, 0.6] }\noverlay = { plot = ["slider.x", "rod_middle.y"] }'
 picture 02_engine "$here/../engine.toml" 95 \
   $'speed = 0.05\ncolor_by = "none"\nscales = [100000]\nundeformed = true\ncamera = { direction = [-0.35, -0.3, -1] }'
 picture 03_engine_section "$work/engine_cut.toml" 2 \
-  $'speed = 0.05\ncolor_by = "none"\nscales = [1]\njoints = false\nsection = { point = [0, 0, 0], normal = [0, 0, 1], bodies = ["rod", "crank"] }\n'\
+  $'speed = 0.05\ncolor_by = "none"\nscales = [1]\njoints = false\n'\
+$'section = { point = [0, 0, 0], normal = [0, 0, 1], bodies = ["rod", "crank"] }\n'\
 $'camera = { direction = [-0.35, -0.3, -1] }'
 picture 04_conrod "$here/../engine.toml" 96 \
   $'speed = 0.1\ncolor_by = "displacement"\nscales = [1]\njoints = false\nextremes = true\ncolor_range = [0, 4.3e-7]'
-picture 05_strip "$here/../beams/strip.toml" 40 $'color_by = "displacement"\nscales = [1]\nground = false\ncamera = { direction = [-0.35, -0.12, -1], window = [0.39, 0.41] }\n'\
+picture 05_strip "$here/../beams/strip.toml" 40 $'color_by = "displacement"\nscales = [1]\nground = false\n'\
+$'camera = { direction = [-0.35, -0.12, -1], window = [0.39, 0.41] }\n'\
 $'insets = [{ at = "strip.tip", zoom = 8, corner = "upper right", label = "tip" }]'
 picture 06_blade "$work/blade_colours.toml" 25 $'color_by = "displacement"\nscales = [1, 10]\n'\
 $'color_range = { window = [3.7, 3.77], percentile = 100 }\n'\
