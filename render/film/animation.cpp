@@ -2,6 +2,7 @@
 
 #include "interp/hash.h"
 #include "render/film/attachments.h"
+#include "render/film/extremes.h"
 #include "render/film/overlay.h"
 #include "render/film/survey.h"
 #include "render/frame/camera.h"
@@ -257,75 +258,6 @@ void add_body(const Animation& animation, size_t b, int k, PictureMemory& memory
     make_pale(undeformed_opacity, add_surface(animation, memory, skin, model, pose));
   }
   add_trail(animation, b, k, memory, skin);
-}
-
-// How many decimals a value's label has: to a thousandth of the colours' range, below which it is rounding; -1: three digits, where
-// colours are logarithmic.
-int value_decimals(double value, const render::ScalarMap& map, double factor) {
-  const double range = std::abs(map.upper - map.lower) * factor;
-  if (map.logarithmic || !(range > 0.0) || std::abs(value * factor) > 1e3 * range) return -1;
-  return std::clamp(2 - static_cast<int>(std::floor(std::log10(range) + 1e-9)), 0, 12);
-}
-
-std::string value_text(double value, const render::ScalarMap& map, double factor) {
-  const int decimals = value_decimals(value, map, factor);
-  if (decimals < 0) return fmt::format("{:.3g}", value * factor);
-  const std::string text = fmt::format("{:.{}f}", value * factor, decimals);
-  return text[0] == '-' && text.find_first_not_of("-0.") == std::string::npos ? text.substr(1) : text;
-}
-
-// Values beside probes and extremes: numbers as on the bar, of the vertices as drawn.
-void add_labels(const Animation& animation, const SamplePlace& place, PictureMemory& memory) {
-  if (!animation.scalar_bar) return;
-  const render::ScalarBar& bar = *animation.scalar_bar;
-  const auto add = [&](const std::string& name, size_t b, size_t point) {
-    const glm::dmat4 pose = body_pose(animation.results->bodies[b], place);
-    render::Label label;
-    label.point = glm::dvec3(pose * glm::dvec4(memory.skins[memory.solid[b]].positions[point], 1.0));
-    label.text = fmt::format("{} {} {}", name, value_text(memory.scalars[b][point], animation.scalar_map, bar.factor), bar.unit);
-    label.leader = true;
-    memory.picture.labels.push_back(std::move(label));
-  };
-  for (const Animation::Probe& probe : animation.probes)
-    if (!memory.scalars[probe.body].empty()) add(probe.name, probe.body, static_cast<size_t>(probe.point));
-  if (!animation.settings.extremes) return;
-  // Of points that have the extreme value but for rounding, as its label says it, the one nearest to the viewer of those whose side he
-  // sees: where one is seen, it is that.
-  struct Extreme {
-    size_t body = 0, point = 0;
-    float value = 0.0f;
-    double away = 0.0;
-    bool faces = false, found = false;
-  } low, high;
-  for (size_t b = 0; b < memory.scalars.size(); ++b)
-    for (const float value : memory.scalars[b]) {
-      if (!std::isfinite(value)) continue;
-      if (!high.found || value > high.value) high.value = value, high.found = true;
-      if (!low.found || value < low.value) low.value = value, low.found = true;
-    }
-  if (!high.found) return;
-  const float near = 5e-4f * (high.value - low.value);
-  const auto alike = [&](float value, float extreme) {
-    if (std::abs(value - extreme) <= near) return true;
-    const int decimals = value_decimals(static_cast<double>(extreme), animation.scalar_map, bar.factor);
-    const double last = bar.factor * std::pow(10.0, decimals);
-    return decimals >= 0 && std::nearbyint(last * static_cast<double>(value)) == std::nearbyint(last * static_cast<double>(extreme));
-  };
-  high.found = low.found = false;
-  for (size_t b = 0; b < memory.scalars.size(); ++b)
-    for (size_t p = 0; p < memory.scalars[b].size(); ++p)
-      for (Extreme* const one : {&high, &low}) {
-        if (!alike(memory.scalars[b][p], one->value)) continue;
-        const glm::dmat4 pose = body_pose(animation.results->bodies[b], place);
-        const PictureMemory::Skin& skin = memory.skins[memory.solid[b]];
-        const glm::dvec3 way = memory.picture.camera.position - glm::dvec3(pose * glm::dvec4(skin.positions[p], 1.0));
-        const double away = glm::length(way);
-        const bool faces = glm::dot(glm::dmat3(pose) * glm::dvec3(skin.normals[p]), way) > 0.05 * away;
-        if (one->found && (one->faces > faces || (one->faces == faces && away >= one->away))) continue;
-        *one = {b, p, one->value, away, faces, true};
-      }
-  if (high.found) add("max", high.body, high.point);
-  if (low.found) add("min", low.body, low.point);
 }
 
 void add_symbols(const Animation& animation, const SamplePlace& place, render::Picture& picture) {

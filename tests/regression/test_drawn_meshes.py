@@ -6,7 +6,9 @@ its outline and light give; what is not drawn is told of.
 Truth: the bracket's outline seen square on covers a known share of the picture (by hand, orthographic), its face has one colour.
 """
 import json
+import math
 import pathlib
+import re
 import struct
 import subprocess
 
@@ -201,5 +203,41 @@ with temporary_folder() as name:
     (folder / "far.obj").write_bytes(obj(far, [(0, 1, 2)]))
     pixels, said = picture(folder, body("b", "a.obj", (0.0, 0.0)) + body("far", "far.obj", (0.0, 0.0)), SIDE, SIDE, 1.0)
     expect(((255 - pixels).sum(2) > 6).all(), "a huge triangle does not fill the picture")
+
+    # A bracket that turns at 2 rad/s about an axis through its face: it stands still where it has no corner, its far corners, 0.825 m
+    # away, are the fastest.
+    (folder / "turning.toml").write_text(
+        """title = "turning"
+[simulation]
+duration = 1.0
+gravity = [0, 0, 0]
+[[body]]
+name = "bracket"
+kind = "rigid"
+mass = 1.0
+inertia = [1, 1, 1]
+centre_of_mass = [0.2, 0.2, 0]
+frames = { hub = [0.2, 0.2, 0] }
+mesh = "a.obj"
+[[joint]]
+name = "pin"
+kind = "revolute"
+parent = "ground"
+child = "bracket.hub"
+axis = [0, 0, 1]
+initial = { value = 0, rate = 2 }
+[render]
+frame_rate = 5
+color_by = "velocity"
+extremes = true
+channels = ["vector"]
+"""
+    )
+    run("run", "turning.toml", "-o", "turned", "--frames", "1:2", "--no-video", cwd=folder)
+    svg = (folder / "turned/vector/frame_00001.svg").read_text()
+    told = dict(re.findall(r"(min|max) (-?[0-9.]+) m/s", svg))
+    expect(set(told) == {"min", "max"}, f"extremes: {told}")
+    near(float(told.get("min", "nan")), 0.0, 1e-9, "smallest speed of what is drawn")
+    near(float(told.get("max", "nan")), 2 * math.hypot(0.8, 0.2), 0.006, "largest speed")
 
 finish()
