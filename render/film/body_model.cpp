@@ -236,7 +236,7 @@ BeamStress make_beam_stress(const sim::ResultBody& body, const sim::BeamDef& bea
     Eigen::Vector2d p(static_cast<double>(rest[i + 1]), static_cast<double>(rest[i + 2]));
     if (bar) p = on_outline(body.section, p.x(), p.y());
     const auto [known, fresh] = points.try_emplace({p.x(), p.y()});
-    if (fresh) known->second = sim::section_point(body.section, p.x(), p.y());
+    if (fresh) known->second = sim::section_point(body.section, p.x(), p.y(), beam.material.poisson);
     v.at = known->second;
     // Single precision of the mesh: a vertex as near as that to a station stands on it.
     const double at = std::clamp(static_cast<double>(rest[i]), x[0], x[x.size() - 1]), near = 1e-6 * body.length;

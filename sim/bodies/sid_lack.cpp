@@ -7,13 +7,14 @@
 namespace flexframe::sim {
 namespace {
 
+constexpr std::string_view made = "made by flexframe reduce from ";
 constexpr std::string_view words = "; its modes lack of the static deflection at ";
 constexpr double told = 0.01;  // what effects that are left out may be worth, too
 
 }  // namespace
 
 std::string reduced_comment(const std::string& model, const std::vector<InterfaceLack>& lacks) {
-  std::string out = "made by flexframe reduce from " + model;
+  std::string out = std::string(made) + model;
   bool first = true;
   for (const InterfaceLack& lack : lacks) {
     if (!(lack.share > told)) continue;
@@ -22,6 +23,8 @@ std::string reduced_comment(const std::string& model, const std::vector<Interfac
   }
   return out;
 }
+
+bool knows_lacks(std::string_view comment) { return comment.starts_with(made); }
 
 std::vector<InterfaceLack> lacks_of_comment(std::string_view comment) {
   std::vector<InterfaceLack> out;

@@ -15,6 +15,9 @@ struct InterfaceLack {
 // "made by flexframe reduce from MODEL", and the interfaces whose share is beyond one per cent.
 std::string reduced_comment(const std::string& model, const std::vector<InterfaceLack>& lacks);
 
+// Whether a comment says what is lacking, be it nothing: files of other programs do not.
+bool knows_lacks(std::string_view comment);
+
 // The interfaces that a comment names; none for files of other programs.
 std::vector<InterfaceLack> lacks_of_comment(std::string_view comment);
 

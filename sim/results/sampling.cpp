@@ -10,11 +10,12 @@ namespace flexframe::sim {
 namespace {
 
 // What swings by less than that share of its value cannot be seen in it; nor can what is fast by a smaller share of the whole swing.
-constexpr double missed_way = 0.5, small_share = 0.05, unseen_swing = 1e-6, unseen_fast = 0.02;
+constexpr double missed_way = 0.5, small_share = 0.05, still_swing = 1e-6, unseen_fast = 0.02;
 
 struct Miss {
   double share = 0.0;      // of the way, root mean squares
   double frequency = 0.0;  // Hz
+  double fast = 0.0;       // share of the swing
 };
 
 // Of values x and rates v at times t; none where nothing moves to speak of.
@@ -27,11 +28,11 @@ Miss missed(const VecX& t, const VecX& x, const VecX& v) {
   const double span = t[n] - t[0], drift = (x[n] - x[0]) / span;
   const VecX swing = x - drift * (t.array() - t[0]).matrix();
   const double value = (swing.array() - swing.mean()).matrix().norm();
-  if (!(value > unseen_swing * x.norm()) || !(moved > 0.0)) return {};
+  if (!(value > still_swing * x.norm()) || !(moved > 0.0)) return {};
   // Against the mean of their neighbours values and rates of a vibration lose the same factor, also one that stands at a lower frequency.
   const auto fast = [n](const VecX& y) { return (y.segment(1, n - 1) - 0.5 * (y.head(n - 1) + y.tail(n - 1))).norm(); };
   if (!(fast(x) > unseen_fast * value)) return {};
-  return {(way - expected).norm() / moved, fast(v) / fast(x) / (2.0 * std::numbers::pi)};
+  return {(way - expected).norm() / moved, fast(v) / fast(x) / (2.0 * std::numbers::pi), std::min(1.0, fast(x) / value)};
 }
 
 }  // namespace
@@ -75,6 +76,22 @@ std::string fast_motion_text(const FastMotion& fast) {
   const double enough = 10.0 * fast.frequency, digits = std::pow(10.0, std::floor(std::log10(enough)) - 1.0);
   return fmt::format("vibrates at about {:.3g} Hz, too fast for {:.4g} samples a second (aliasing); output_rate = {} shows it",
                      fast.frequency, fast.samples, digits * std::ceil(enough / digits));
+}
+
+std::optional<UnseenSwing> unseen_swing(const Results& results, const ResultBody& body) {
+  // As above.
+  if (results.times.size() < 16 || body.q.cols() == 0 || body.qd.cols() != body.q.cols()) return {};
+  const double fastest = body.qd.colwise().norm().maxCoeff(), duration = results.times[results.times.size() - 1] - results.times[0];
+  std::optional<UnseenSwing> out;
+  double worst = missed_way;
+  for (Eigen::Index k = 0; k < body.q.cols(); ++k) {
+    if (body.qd.col(k).norm() < small_share * fastest) continue;
+    const Miss miss = missed(results.times, body.q.col(k), body.qd.col(k));
+    if (miss.share < worst) continue;
+    worst = miss.share;
+    out = {2.0 * std::numbers::pi * miss.frequency * duration, miss.fast};
+  }
+  return out;
 }
 
 }  // namespace flexframe::sim

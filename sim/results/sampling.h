@@ -22,6 +22,13 @@ struct FastMotion {
 std::optional<FastMotion> faster_than_samples(const Results& results, Eigen::Index first, Eigen::Index count);
 std::optional<FastMotion> faster_than_samples(const Results& results);
 
+// The same of one body's deformation: radians that the fast part goes through in the run, and its share of the whole swing. None: samples
+// show how it deforms.
+struct UnseenSwing {
+  double radians = 0.0, share = 0.0;
+};
+std::optional<UnseenSwing> unseen_swing(const Results& results, const ResultBody& body);
+
 // "vibrates at about 70 Hz, too fast for 100 samples a second (aliasing); output_rate = 700 shows it".
 std::string fast_motion_text(const FastMotion& fast);
 

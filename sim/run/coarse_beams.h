@@ -35,6 +35,11 @@ struct CoarseBeam {
 // easily. Kept modes are judged by few_modes.h, eigenforms by model_check.h.
 std::vector<CoarseBeam> coarse_beams(const Scene& scene, const std::vector<EffectState>& effects, const Results& results);
 
+// Indices of bodies: beams bent across their stiff way so hard that they may be near tipping over sideways, where bending and twist make
+// each other larger and a small error of the load at which they tip is a large one of the deflection aside. Whether their elements are
+// enough is told by a run with half of them (model_check.h).
+std::vector<size_t> beams_that_may_tip(const Scene& scene, const std::vector<EffectState>& effects, const Results& results);
+
 // A warning for each whose share is beyond `asked`.
 void warn_of_coarse_beams(const std::vector<CoarseBeam>& beams, double asked, Notes& notes);
 

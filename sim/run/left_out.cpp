@@ -5,6 +5,7 @@
 #include "sim/dynamics/kinematics.h"
 #include "sim/model/bodies.h"
 #include "sim/results/histories.h"
+#include "sim/results/sampling.h"
 #include "sim/start/statics.h"
 
 #include <fmt/format.h>
@@ -587,8 +588,11 @@ LeftOut::Drift LeftOut::drift(const Item& item, const Results& results) const {
     if (together <= 0.1) continue;
     const double cycles = 0.5 * (column.tail(column.size() - 1) - column.head(column.size() - 1)).cwiseAbs().sum() / range,
                  passed = 2.0 * std::numbers::pi * cycles;
-    // Deformation that follows its loads slowly keeps their phase; one that starts with them lags behind.
-    const double lost = std::max(passed < least ? 0.0 : 0.5 * passed, 2.0 * lag(results.times, column, omega) / range);
+    // Deformation that follows its loads slowly keeps their phase; one that starts with them lags behind; what is too fast for the samples
+    // goes through more than they show.
+    const std::optional<UnseenSwing> unseen = unseen_swing(results, body);
+    const double lost = std::max({passed < least ? 0.0 : 0.5 * passed, 2.0 * lag(results.times, column, omega) / range,
+                                  unseen ? 0.5 * unseen->share * unseen->radians : 0.0});
     const double first = changing * together * left_out / stored * lost;
     const double here = std::min(1.0, first * (struck_ && item.effect == "shear" ? with_higher_forms(item, first) : 1.0));
     if (here * range <= largest) continue;

@@ -415,6 +415,49 @@ void check_elements(const Scene& scene, const std::vector<EffectState>& states, 
   }
 }
 
+// Beams near the load at which they tip over sideways: beside half their elements, which costs little. The linear twist in elements makes
+// that load too large by the square of their length, so that what half of them change is three times what is wrong; somewhat less near the
+// load, where the deflection grows faster than the load does.
+void check_tipping(const Scene& scene, const std::vector<EffectState>& states, const Histories& base, const ModelCheckOptions& options,
+                   SolverStatistics& out) {
+  std::vector<size_t> changed;
+  if (options.may_tip.empty()) return;
+  constexpr double times_wrong = 2.5;
+  const auto half = [&](const Scene& s, size_t b) {
+    const auto& beam = std::get<BeamDef>(s.bodies[b].kind);
+    const bool volumes = beam.model == BeamModel::mixed;
+    const int elements = std::max(1, volumes ? beam.elements / 2 : elements_of(beam) / 2);
+    const bool fewer = volumes && beam.elements == 1;
+    std::optional<Scene> next =
+        volumes ? with_volumes(s, states, b, fewer ? std::max(1, beam.volumes / 2) : beam.volumes) : with_elements(s, states, b);
+    if (next) std::get<BeamDef>(next->bodies[b].kind).elements = elements;
+    return next;
+  };
+  ModelCheckOptions judged = options;
+  judged.asked *= times_wrong;
+  Comparison comparison = compared(scene, states, options.may_tip, changed, half, judged);
+  const std::optional<Found> found = changed.empty() ? std::nullopt : comparison.measure(base);
+  for (const size_t b : options.may_tip) {
+    const std::string owner = fmt::format("body '{}'", scene.bodies[b].name);
+    const char* near = "is near the load at which it tips over sideways";
+    const int elements = elements_of(std::get<BeamDef>(scene.bodies[b].kind));
+    if (!found) {
+      out.notes.warn(owner,
+                     fmt::format("{}, and what more than its {} elements would change could not be measured: take more", near, elements));
+      continue;
+    }
+    const double share = found->share / times_wrong;
+    const auto enough = static_cast<int>(std::ceil(elements * std::sqrt(2.0 * share / options.asked)));
+    if (share > options.asked)
+      out.notes.warn(owner, fmt::format("{}, where its {} elements are too few: about {:.2g} of the range of {}; take {} (of a mixed beam "
+                                        "in all volumes together)",
+                                        near, elements, share, found->column, enough));
+    else
+      out.notes.tell(owner,
+                     fmt::format("{}: its {} elements are wrong by about {:.1g} of the range of {}", near, elements, share, found->column));
+  }
+}
+
 }  // namespace
 
 std::optional<Scene> with_richer_models(const Scene& scene, const std::vector<EffectState>& states, const std::vector<LinearLimit>& limits,
@@ -457,6 +500,7 @@ void check_models(const Scene& scene, const std::vector<EffectState>& states, co
                   const ModelCheckOptions& options, SolverStatistics& out) {
   check_forms(scene, states, base, options, out);
   check_elements(scene, states, base, options, out);
+  check_tipping(scene, states, base, options, out);
   check_bending(scene, states, limits, base, options, out);
 }
 

@@ -100,8 +100,9 @@ bool estimate(const Scene& scene, const SimulateOptions& options, Alone& alone, 
   for (const LeftOutWorth& w : alone.to_measure) check.further.push_back(w.effect);
   if (models) {
     // Also where no output moves: another model's may.
-    check_models(scene, alone.effects, alone.limits, base, {unasked_accuracy, model_check_budget(results.statistics.cpu_seconds), check},
-                 results.statistics);
+    ModelCheckOptions richer{unasked_accuracy, model_check_budget(results.statistics.cpu_seconds), check};
+    richer.may_tip = beams_that_may_tip(scene, alone.effects, results);
+    check_models(scene, alone.effects, alone.limits, base, richer, results.statistics);
   }
   // A second run of the same length is made of short ones only.
   if (models && results.statistics.cpu_seconds <= least_check)

@@ -156,24 +156,37 @@ Eigen::Matrix2d box_wall_shear(const Section& section, double y, double z) {
   return out;
 }
 
-// Along the rim, as the sine of the angle from the force's plane; of a tube (Ro^3 - Ri^3) / 3t where the sine is 1.
-Eigen::Matrix2d round_shear(const Section& section, double y, double z) {
-  const auto radius_of = [](const auto& ring) {
-    double most = 0.0;
-    for (const Eigen::Vector2d& p : ring) most = std::max(most, p.norm());
-    return most;
-  };
-  const double outer = radius_of(section.outline.front()), inner = section.outline.size() > 1 ? radius_of(section.outline[1]) : 0.0;
-  const double r2 = y * y + z * z;
-  Eigen::Matrix2d out;
-  if (inner == 0.0) {
-    const double R2 = std::max(outer * outer, r2);
-    out << y * y - R2, y * z, y * z, z * z - R2;
-    return out / 3.0;
+// Of the circle that a ring of the outline stands for: the polygon has its area.
+double radius_of(const std::vector<Eigen::Vector2d>& ring) {
+  double twice_area = 0.0;
+  for (size_t k = 0; k < ring.size(); ++k) {
+    const Eigen::Vector2d &p = ring[k], &q = ring[(k + 1) % ring.size()];
+    twice_area += p.x() * q.y() - q.x() * p.y();
   }
-  if (r2 == 0.0) return Eigen::Matrix2d::Zero();
-  out << -z * z, y * z, y * z, -y * y;
-  return (outer * outer + outer * inner + inner * inner) / (3.0 * r2) * out;
+  return std::sqrt(0.5 * std::abs(twice_area) / std::numbers::pi);
+}
+
+// Saint-Venant's flexure of a ring, exact: of a force along p, at p along it and r across it, tau along p is
+//   -E v''' / (8 (1 + nu)) (a (R^2 + i^2 - p^2) - b r^2 + a R^2 i^2 (r^2 - p^2) / rho^4)
+// and across it E v''' / (8 (1 + nu)) (c p r + 2 a R^2 i^2 p r / rho^4), with a = 3 + 2 nu, b = 1 - 2 nu, c = 2 + 4 nu and the hole's
+// radius i. No stress leaves through either rim; divergence and curl are those of the solid circle (Love, Mathematical Theory of
+// Elasticity, art. 231).
+Eigen::Matrix2d round_shear(const Section& section, double y, double z, double poisson) {
+  const double outer = radius_of(section.outline.front()), inner = section.outline.size() > 1 ? radius_of(section.outline[1]) : 0.0;
+  const double rho = std::hypot(y, z);
+  if (rho == 0.0 && inner > 0.0) return Eigen::Matrix2d::Zero();
+  // The outline is a polygon: what lies beside the ring belongs to its rim.
+  if (rho > 0.0) {
+    const double to = std::clamp(rho, inner, outer) / rho;
+    y *= to, z *= to;
+  }
+  const double a = 3.0 + 2.0 * poisson, b = 1.0 - 2.0 * poisson, c = 2.0 + 4.0 * poisson, R2 = outer * outer, i2 = inner * inner;
+  const double r4 = std::pow(y * y + z * z, 2), hole = inner > 0.0 ? a * R2 * i2 / r4 : 0.0;
+  const auto along = [&](double p, double r) { return a * (R2 + i2 - p * p) - b * r * r + hole * (r * r - p * p); };
+  const double across = -(c + 2.0 * hole) * y * z;
+  Eigen::Matrix2d out;
+  out << along(y, z), across, across, along(z, y);
+  return -out / (8.0 * (1.0 + poisson));
 }
 
 }  // namespace
@@ -196,22 +209,22 @@ Eigen::Vector2d torsion_shear(const Section& section, double y, double z) {
   return best;
 }
 
-Eigen::Matrix2d force_shear(const Section& section, double y, double z) {
-  if (section.shape == "circle" || section.shape == "tube") return round_shear(section, y, z);
+Eigen::Matrix2d force_shear(const Section& section, double y, double z, double poisson) {
+  if (section.shape == "circle" || section.shape == "tube") return round_shear(section, y, z, poisson);
   return section.shape == "box" ? box_wall_shear(section, y, z) : open_wall_shear(section, y, z);
 }
 
-SectionPoint section_point(const Section& section, double y, double z) {
+SectionPoint section_point(const Section& section, double y, double z, double poisson) {
   if (const auto angle = section.size.find(section_angle); angle != section.size.end()) {
     // In the section's own axes, turned back.
     std::map<std::string, double> sizes = section.size;
     sizes.erase(section_angle);
     const Eigen::Rotation2Dd turn(angle->second);
     const Eigen::Vector2d own = turn.inverse() * Eigen::Vector2d(y, z);
-    const SectionPoint at = section_point(make_section(section.shape, sizes), own.x(), own.y());
+    const SectionPoint at = section_point(make_section(section.shape, sizes), own.x(), own.y(), poisson);
     return {y, z, turn * at.torsion, turn.toRotationMatrix() * at.force * turn.toRotationMatrix().transpose()};
   }
-  return {y, z, torsion_shear(section, y, z), force_shear(section, y, z)};
+  return {y, z, torsion_shear(section, y, z), force_shear(section, y, z, poisson)};
 }
 
 SectionStress stress_at(const SectionStrains& e, const Eigen::Vector2d& bend_rates, double youngs_modulus, double shear_modulus,

@@ -4,11 +4,10 @@
 //   tau = G theta' s(y, z) + E S(y, z) [v''' w''']      Saint-Venant torsion, so that the torque is G j theta', and transverse forces
 //   von Mises = sqrt(sigma_xx^2 + 3 |tau|^2)
 //
-// S: by Jourawski's formula, what the change of sigma_xx along the beam leaves on a cut through the section; the forces are
-// -E (Iz v''' + Iyz w''') along y and -E (Iy w''' + Iyz v''') along z. Rectangle: cuts across its height and its width. Circle and tube:
-// along the rim at the rim, mean over the wall (the middle of a circle has 4/3 V/A where the exact solution has 1.38 at Poisson's ratio
-// 0.3: Timoshenko, Goodier, Theory of Elasticity). Box, I, U, T, L: cuts across the walls; forces across a wall are not in it. The shear
-// centre is taken to be the centroid, as by the beams themselves.
+// S: circle and tube Saint-Venant's exact solution with the material's Poisson's ratio. Others by Jourawski's formula, what the change of
+// sigma_xx along the beam leaves on a cut through the section; the forces are -E (Iz v''' + Iyz w''') along y and -E (Iy w''' + Iyz v''')
+// along z. Rectangle: cuts across its height and its width. Box, I, U, T, L: cuts across the walls; forces across a wall are not in it. The
+// shear centre is taken to be the centroid, as by the beams themselves.
 //
 // s: circle and tube (-z, y), exact; rectangle the series of Timoshenko, Goodier, Theory of Elasticity, art. 109, exact; box Bredt's T / (2
 // Am t), the mean over the wall's thickness; I, U, T, L each strip as a rectangle (t on its long sides). Left out: warping that is held,
@@ -27,7 +26,7 @@ bool has_stress(const Section& section);
 Eigen::Vector2d torsion_shear(const Section& section, double y, double z);
 
 // (tau_xy, tau_xz) over E v''' (first column) and over E w''' (second) at the same point. m^2.
-Eigen::Matrix2d force_shear(const Section& section, double y, double z);
+Eigen::Matrix2d force_shear(const Section& section, double y, double z, double poisson);
 
 // Strains of a section: u', v'', w'', theta'.
 using SectionStrains = Eigen::Vector4d;
@@ -38,7 +37,7 @@ struct SectionPoint {
   Eigen::Matrix2d force = Eigen::Matrix2d::Zero();    // force_shear
 };
 // y, z: m from the centroid, in the section's axes.
-SectionPoint section_point(const Section& section, double y, double z);
+SectionPoint section_point(const Section& section, double y, double z, double poisson);
 // Von Mises stress, Pa. bend_rates: v''' and w''', 1/m^2.
 double section_von_mises(const SectionStrains& strains, const Eigen::Vector2d& bend_rates, double youngs_modulus, double shear_modulus,
                          const SectionPoint& at);

@@ -301,7 +301,8 @@ def shear_stress(name, vy, vz):
     _, iy, iz, iyz, points = moments(name)
     if name in ("circle", "tube"):
         ro, ri = (0.01, 0.0) if name == "circle" else (0.015, 0.012)
-        return math.sqrt(3) * math.hypot(vy, vz) * 2 / 3 * (ro**3 - ri**3) / (iz * 2 * (ro - ri))
+        # Saint-Venant's, Poisson's ratio 0.3, at the outer rim, which is what is drawn.
+        return math.sqrt(3) * math.hypot(vy, vz) * (1.6 * ro**2 + 3.6 * ri**2) / (4 * 1.3 * iz)
     d = iy * iz - iyz * iyz
     v3, w3 = (iy * vy - iyz * vz) / d, (iz * vz - iyz * vy) / d
     parts = rectangles(name)

@@ -374,12 +374,17 @@ def sections_at_rest(r):
             out[f"s{i}"] = np.tile(np.r_[Q, M], (len(t), 1))
             if i == 0 and round_one:
                 R, I = s["height"] / 2, s["iz"]
-                # On the outline: N/A + M R / I cos, torsion, and the shear force's at the flanks; slender beams' bending governs.
-                best = 0.0
-                for a in np.linspace(0, 2 * math.pi, 721):
-                    y, z = R * math.cos(a), R * math.sin(a)
-                    sigma = Q[0] / s["area"] + M[1] * z / s["iy"] - M[2] * y / I
-                    best = max(best, math.hypot(sigma, math.sqrt(3) * M[0] * R / s["j"]))
+                inner2 = R * R - s["area"] / math.pi  # 0 of a circle
+                # On both rims: N/A + M r / I, torsion, and the shear force's by Saint-Venant (largest across the force).
+                nu, best = m["poisson"], 0.0
+                for near, far in ((R * R, inner2), (inner2, R * R)):
+                    flank = ((1 + 2 * nu) * near + (3 + 2 * nu) * far) / (4 * (1 + nu) * I)
+                    r0 = math.sqrt(max(near, 0.0))
+                    for a in np.linspace(0, 2 * math.pi, 721) if near > 1e-6 * R * R else []:
+                        y, z = r0 * math.cos(a), r0 * math.sin(a)
+                        sigma = Q[0] / s["area"] + M[1] * z / s["iy"] - M[2] * y / I
+                        tau = M[0] * r0 / s["j"] + flank * (Q[2] * math.cos(a) - Q[1] * math.sin(a))
+                        best = max(best, math.hypot(sigma, math.sqrt(3) * tau))
                 out["stress"] = np.full((len(t), 1), best)
         return out
 
