@@ -1,4 +1,4 @@
-"""Twenty more mechanisms as a reader of SCENE.md writes them, numbers of three digits, against formulas and integrations of scipy."""
+"""Thirty more mechanisms as a reader of SCENE.md writes them, numbers of three digits, against formulas and integrations of scipy."""
 import math
 import pathlib
 
@@ -372,6 +372,159 @@ def propped(folder):
     near(-h["prop"][0], 4000 * 60 / (k + 4000), 0.05, "propped beam: force of the spring")
 
 
+# ---- ten more -------------------------------------------------------------------------------------------------------------------------
+
+
+def cardan(folder):
+    """A planet that rolls in a ring of twice its radius: a point of its rim runs on a straight line (Cardan's circles)."""
+    text = head(2, "[0, 0, 0]") + rigid("arm", 0.2, "[1e-4, 1e-4, 2e-4]", "pin = [0.06, 0, 0]")
+    text += rigid("planet", 0.35, "[2e-4, 2e-4, 4e-4]", "rim = [0.06, 0, 0]")
+    text += joint("shaft", "revolute", "ground", "arm", 'motion = "3*t"') + joint("pin", "revolute", "arm.pin", "planet")
+    text += rigid("ring") + joint("held", "revolute", "ground", "ring", 'motion = "0*t"')
+    text += '[[coupling]]\nname = "mesh"\nkind = "gear"\njoints = ["held", "pin"]\nteeth = [96, 48]\ninternal = true\ncarrier = "shaft"\n'
+    h = simulate(folder, "cardan", text + output("rim", "planet.rim", "position"))
+    same("cardan", h, "rim.x", 0.12 * cos(3 * h["t"]), 1e-8)
+    same("cardan", h, "rim.y", 0, 1e-8)
+
+
+def yo_yo(folder):
+    """A yo-yo unwinds from a thread that is held: g / (1 + J / (m r^2)); the thread pulls with m (g - a)."""
+    m, r, J = 0.055, 0.008, 2.2e-5
+    text = head(0.6) + rigid("slide", 0) + rigid("disc", m, f"[{J / 2}, {J / 2}, {J}]")
+    text += joint("down", "prismatic", "ground", "slide", "axis = [0, -1, 0]") + joint("spin", "revolute", "slide", "disc")
+    text += f'[[coupling]]\nname = "thread"\nkind = "rack"\njoints = ["spin", "down"]\nradius = {r}\n'
+    h = simulate(folder, "yo-yo", text + output("fall", "down", "value") + output("thread", "thread", "force"))
+    a = g / (1 + J / (m * r * r))
+    same("yo-yo", h, "fall", a * h["t"] ** 2 / 2, 1e-8)
+    same("yo-yo", h, "thread.2", m * (a - g), 1e-7)
+
+
+def kapitza(folder):
+    """A pendulum on its head whose foot is shaken fast enough stays up (Kapitza)."""
+    L, a, w = 0.25, 0.012, 250.0
+    text = head(2).replace("output_rate = 100", "output_rate = 500") + rigid("foot", 0.1)
+    text += rigid("rod", 0.3, "[1e-5, 0.0004, 0.0004]", more=f"centre_of_mass = [0, {L}, 0]")
+    text += joint("shaker", "prismatic", "ground", "foot", f'axis = [0, 1, 0]\nmotion = "{a}*sin({w}*t)"')
+    text += joint("hinge", "revolute", "foot", "rod", 'initial = { value = "12 deg" }')
+    h = simulate(folder, "kapitza", text + output("lean", "hinge", "value"))
+    J = 0.0004 + 0.3 * L * L
+    lean = ode(lambda t, y: (y[1], 0.3 * L / J * (g - a * w * w * sin(w * t)) * sin(y[0])), [math.radians(12), 0], h["t"])[0]
+    expect(np.abs(lean).max() < 1, "the truth stays up")
+    same("kapitza", h, "lean", lean, 2e-4)
+
+
+def wilberforce(folder):
+    """A mass on a coil whose stretch and twist are coupled: the swing goes from one to the other and back."""
+    m, J, k, d, e = 0.49, 1.39e-4, 2.8, 7.86e-4, 9.27e-3
+    text = head(40, "[0, 0, 0]") + rigid("slide", 0) + rigid("bob", m, f"[{J}, {J}, {J}]")
+    text += joint("up", "prismatic", "ground", "slide", f"spring = {{ stiffness = {k} }}\ninitial = {{ value = 0.1 }}")
+    text += joint("turn", "revolute", "slide", "bob", f"spring = {{ stiffness = {d} }}")
+    text += force("force", "bob", f'direction = [0, 0, 1]\nvalue = "-{e / 2}*twist"')
+    text += force("torque", "bob", f'direction = [0, 0, 1]\nvalue = "-{e / 2}*stretch"')
+    h = simulate(folder, "wilberforce", text + output("stretch", "up", "value") + output("twist", "turn", "value"))
+    squares, shapes = np.linalg.eig(np.array([[k / m, e / 2 / m], [e / 2 / J, d / J]]))
+    truth = shapes @ (np.linalg.solve(shapes, [0.1, 0])[:, None] * cos(np.sqrt(squares)[:, None] * h["t"]))
+    same("wilberforce", h, "stretch", truth[0], 2e-4)
+    same("wilberforce", h, "twist", truth[1], 2e-4 * np.abs(truth[1]).max() / 0.1)
+
+
+def absorber(folder):
+    """A machine with an absorber tuned to 6.5 Hz: at that frequency it stands still; the response is F (k2 - m2 w^2) / det."""
+    m1, k1, m2 = 48.0, 1.1e5, 6.0
+    k2 = m2 * (2 * pi * 6.5) ** 2
+    text = head(1, "[0, 0, 0]") + rigid("machine", m1) + rigid("absorber", m2)
+    text += joint("base", "prismatic", "ground", "machine", f"spring = {{ stiffness = {k1} }}")
+    text += joint("top", "prismatic", "machine", "absorber", f'spring = {{ stiffness = "{m2}*(2*pi*6.5)^2" }}')
+    text += force("force", "machine", 'name = "shake"\ndirection = [0, 0, 1]\nvalue = 0') + output("x", "machine", "position")
+    written.append("absorber")
+    (folder / "absorber.toml").write_text(text)
+    run("response", folder / "absorber.toml", "--force", "shake", "--from", 2, "--to", 15, "--points", 27, "-o", folder / "response.csv")
+    rows = history(folder / "response.csv")
+    f = np.array(rows[next(iter(rows))])
+    w2 = (2 * pi * f) ** 2
+    truth = (k2 - m2 * w2) / ((k1 + k2 - m1 * w2) * (k2 - m2 * w2) - k2 * k2)
+    beside = np.abs(truth) < 1e-3  # the program adds the very poles, where nothing bounds the response
+    expect(beside.sum() == 27 and len(f) == 29, f"27 frequencies and two poles: {f}")
+    off(np.array(rows["x.z"])[beside] / np.abs(truth[beside]), 1, 1e-9, "absorber: response of the machine")
+
+
+def clutch(folder):
+    """Two discs pressed together with dry friction: one speed after J1 J2 (w1 - w2) / (M (J1 + J2))."""
+    J1, J2, M, w = 0.32, 0.11, 0.5 * 140 * 0.06, 45.0
+    text = head(1, "[0, 0, 0]") + rigid("driver", 2, f"[0.2, 0.2, {J1}]") + rigid("driven", 1, f"[0.1, 0.1, {J2}]")
+    text += joint("bearing", "revolute", "ground", "driver", f"initial = {{ rate = {w} }}")
+    friction = "friction = { coefficient = 0.5, normal_force = 140, radius = 0.06 }"
+    text += joint("clutch", "revolute", "driver", "driven", f"initial = {{ rate = {-w} }}\n{friction}")
+    h = simulate(folder, "clutch", text + output("w1", "driver", "angular_velocity") + output("w2", "driven", "angular_velocity"))
+    end = J1 * w / (J1 + J2)
+    expect(0 < J2 * end / M < 0.9, "they stick within the run")
+    same("clutch", h, "w1.z", np.maximum(w - M / J1 * h["t"], end), 1e-6 * w)
+    same("clutch", h, "w2.z", np.minimum(M / J2 * h["t"], end), 1e-6 * w)
+
+
+def trammel(folder):
+    """Archimedes' trammel: the ends of a bar slide on two lines at right angles, its tip draws an ellipse."""
+    text = head(3, "[0, 0, 0]") + rigid("shoe", 0.1) + rigid("bar", 0.6, "[1e-4, 0.01, 0.01]", "other = [0.18, 0, 0], tip = [0.3, 0, 0]")
+    text += joint("across", "prismatic", "ground", "shoe", "axis = [1, 0, 0]\ninitial = { guess = 0.17 }")
+    text += joint("pin", "revolute", "shoe", "bar", 'motion = "2.6 + 2*t"')
+    text += joint("along", "point-on-line", "ground", "bar.other", "axis = [0, 1, 0]")
+    h = simulate(folder, "trammel", text + output("tip", "bar.tip", "position"))
+    angle = 2.6 + 2 * h["t"]
+    same("trammel", h, "tip.x", 0.12 * cos(angle), 1e-8)
+    same("trammel", h, "tip.y", 0.3 * sin(angle), 1e-8)
+
+
+def chimney(folder):
+    """A chimney falls over about its foot: the bending moment m g sin(a) s (1 - s)^2 L / 4 is largest at a third of its height."""
+    L, m = 24.0, 2400 * 3.2 * 24
+    text = head(3) + '[[body]]\nname = "stack"\nkind = "beam"\nlength = 24\nmaterial = { density = 2400, youngs_modulus = "30 GPa" }\n'
+    text += 'section = { shape = "general", area = 3.2, iy = 2.9, iz = 2.9, j = 5.8 }\neffects = []\nframes = { third = "1/3" }\n'
+    text += joint("foot", "revolute", "ground", "stack", 'initial = { value = "84 deg" }')
+    for name, at in (("low", 0.2), ("third", "third"), ("high", 0.6)):
+        of = "stack.third" if at == "third" else "stack"
+        text += output(name, of, "section_force", "" if at == "third" else f"at = {at}")
+    h = simulate(folder, "chimney", text + output("lean", "foot", "value"))
+    for name, s in (("low", 0.2), ("third", 1 / 3), ("high", 0.6)):
+        moment = m * g * cos(h["lean"]) * s * (1 - s) ** 2 * L / 4
+        same("chimney", h, f"{name}.Mz", np.sign(h[f"{name}.Mz"][50]) * moment, 2e-3 * np.abs(moment).max())
+
+
+def quarter_circle(folder):
+    """A clamped quarter circle with a force at its tip towards the centre's side: pi F R^3 / (4 E I) and F R^3 / (2 E I)."""
+    R, F, EI = 0.5, 0.05, 2.1e11 * pi * 0.012**4 / 64
+    text = head(0.1, "[0, 0, 0]").replace("output_rate", 'start = "static"\noutput_rate')
+    text += '[[body]]\nname = "hook"\nkind = "beam"\naxis = { x = "0.5*sin(u)", y = "0.5*(1 - cos(u))", to = "pi/2" }\nvolumes = 30\n'
+    text += 'section = { shape = "circle", diameter = "12 mm" }\nmaterial = { density = 7850, youngs_modulus = "210 GPa", poisson = 0.3 }\n'
+    text += joint("clamp", "weld", "ground", "hook") + force("force", "hook.tip", f"direction = [1, 0, 0]\nvalue = {F}")
+    h = simulate(folder, "quarter circle", text + output("tip", "hook.tip", "position"))
+    off((h["tip.x"][0] - R) / (pi * F * R**3 / (4 * EI)), 1, 1e-3, "quarter circle: along the force")
+    off((R - h["tip.y"][0]) / (F * R**3 / (2 * EI)), 1, 1e-3, "quarter circle: across it")
+
+
+def bifilar(folder):
+    """A rod on two threads of 0.8 m, 0.3 m apart, turned by 5 deg: (J + m (dz/da)^2) a'' ...; by energy, against an integration."""
+    m, J, c, L = 1.2, 0.0312, 0.15, 0.8
+    text = head(4, "[0, 0, -9.81]").replace("output_rate = 100", "output_rate = 100\ntolerance = 1e-8")
+    text += ground(f"a = [{c}, 0, {L}], b = [{-c}, 0, {L}]") + rigid("rod", m, f"[1e-4, {J}, {J}]", f"a = [{c}, 0, 0], b = [{-c}, 0, 0]")
+    turn = math.radians(5)
+    text += joint("all", "free", "ground", "rod", f"initial = {{ guess = [0, 0, 0.001, 0, 0, {turn:.4g}] }}")
+    text += joint("left", "distance", "ground.a", "rod.a", f"length = {L}") + joint("right", "distance", "ground.b", "rod.b", f"length = {L}")
+    h = simulate(folder, "bifilar", text + output("turn", "rod", "rotation"))
+    start = h["turn.z"][0]
+    expect(abs(start - turn) < 0.02, f"it starts turned by {start} rad")
+
+    def slope(a):
+        under = np.sqrt(L * L - 2 * c * c * (1 - cos(a)))
+        z, dz = L - under, c * c * sin(a) / under
+        return dz, (c * c * cos(a) - dz * dz) / under
+
+    def f(t, y):
+        dz, d2z = slope(y[0])
+        return y[1], -(m * dz * d2z * y[1] ** 2 + m * g * dz) / (J + m * dz * dz)
+
+    same("bifilar", h, "turn.z", ode(f, [start, 0], h["t"])[0], 1e-5)
+
+
 with temporary_folder() as name:
     folder = pathlib.Path(name)
     for test in (
@@ -392,5 +545,7 @@ with temporary_folder() as name:
         test(folder)
     for test in (van_der_pol, servo, arm, triple, spherical, two_spans, propped):
         test(folder)
-expect(len(set(written)) == 20, f"{len(set(written))} mechanisms")
+    for test in (cardan, yo_yo, kapitza, wilberforce, absorber, clutch, trammel, chimney, quarter_circle, bifilar):
+        test(folder)
+expect(len(set(written)) == 30, f"{len(set(written))} mechanisms")
 finish()
