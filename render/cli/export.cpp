@@ -6,6 +6,7 @@
 #include "render/cli/terminal.h"
 
 #include "render/base/file.h"
+#include "render/film/body_model.h"
 #include "render/film/gltf.h"
 #include "render/film/vtk.h"
 #include "sim/base/words.h"
@@ -67,10 +68,6 @@ nlohmann::ordered_json export_gltf(const ResultsJob& job, const Words& words, co
           {"error", report.error}};
 }
 
-bool knows_stress(const sim::ResultBody& body) {
-  return body.node_stress.size() > 0 || body.node_von_mises.size() > 0 || body.strain_stations.size() > 1;
-}
-
 // name empty: one VTKHDF file.
 nlohmann::ordered_json export_vtk(const ResultsJob& job, double scale, const fs::path& out, const std::string& name,
                                   std::vector<std::string>& notes) {
@@ -78,7 +75,7 @@ nlohmann::ordered_json export_vtk(const ResultsJob& job, double scale, const fs:
   // Stress comes with the surfaces of bodies that know it; those that do not are none to warn of.
   const bool plain = settings.color_by != film::ColorBy::strain && settings.color_by != film::ColorBy::mode;
   const bool asked = settings.color_by == film::ColorBy::stress;
-  if (plain && std::any_of(job.results.bodies.begin(), job.results.bodies.end(), knows_stress)) settings.color_by = film::ColorBy::stress;
+  if (plain && std::any_of(job.results.bodies.begin(), job.results.bodies.end(), film::knows_stress)) settings.color_by = film::ColorBy::stress;
   film::Animation animation = film::make_animation(job.results, settings, job.scene ? &*job.scene : nullptr);
   const auto about_colors = [&](const std::string& text) { return !asked && text.find("not coloured by stress") != std::string::npos; };
   std::erase_if(animation.warnings, about_colors);

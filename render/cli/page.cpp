@@ -11,20 +11,21 @@ namespace flexframe::cli {
 
 nlohmann::ordered_json write_page(const sim::Results& results, const film::RenderSettings& settings, const sim::Scene* scene,
                                   const std::filesystem::path& out, std::vector<std::string>& notes) {
-  const film::Animation animation = film::make_animation(results, settings, scene);
+  film::Animation animation = film::make_animation(results, settings, scene);
   // For browsers without WebGL: a picture a third of the way through, where most runs show more than at their ends.
   film::PictureMemory memory;
   film::update_picture(animation, animation.count / 3, memory);
   const std::vector<std::uint8_t> png = render::encode_png(render::Renderer().draw(memory.picture), {.level = 9, .text = {}});
   film::PageReport report;
-  const std::string page = film::make_page(animation, png, report);
+  const std::string page = film::make_page(animation, scene, png, report);
   render::write_file(out, {reinterpret_cast<const std::uint8_t*>(page.data()), page.size()});
   add_notes(notes, animation);
   notes.insert(notes.end(), report.notes.begin(), report.notes.end());
   return {{"page", out.string()},    {"pictures", report.pictures},
           {"bodies", report.bodies}, {"triangles", report.triangles},
           {"bytes", page.size()},    {"largest_displacement", animation.largest_displacement},
-          {"error", report.error},   {"value_error", report.value_error}};
+          {"error", report.error},   {"value_error", report.value_error},
+          {"colors", report.colors}};
 }
 
 void print_page(const nlohmann::ordered_json& page) {

@@ -485,6 +485,25 @@ Animation make_animation(const sim::Results& results, const RenderSettings& aske
   return animation;
 }
 
+std::optional<Colors> colors_by(Animation& animation, ColorBy by) {
+  // Ranges and bars look at the models, which may be large: lent, not copied.
+  Animation other;
+  other.results = animation.results;
+  other.settings = animation.settings;
+  other.settings.color_by = by;
+  other.settings.color_range.reset();
+  other.bodies.swap(animation.bodies);
+  try {
+    set_colors(other, survey_motion(*other.results, other.bodies, other.settings));
+  } catch (...) {
+    other.bodies.swap(animation.bodies);
+    throw;
+  }
+  other.bodies.swap(animation.bodies);
+  if (!other.scalar_bar) return std::nullopt;
+  return Colors{.settings = other.settings, .map = other.scalar_map, .bar = *other.scalar_bar};
+}
+
 double picture_time(const Animation& animation, int picture) {
   return picture_time(animation.results->times, animation.settings.frame_rate, animation.settings.speed, picture);
 }

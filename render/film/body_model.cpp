@@ -21,6 +21,7 @@
 #include <charconv>
 #include <cmath>
 #include <map>
+#include <numbers>
 
 namespace flexframe::film {
 namespace {
@@ -366,6 +367,10 @@ BodyLook read_body_look(const sim::BodyDef& body, const std::string& file) {
   return look;
 }
 
+bool knows_stress(const sim::ResultBody& body) {
+  return body.node_stress.size() > 0 || body.node_von_mises.size() > 0 || body.strain_stations.size() > 1;
+}
+
 interp::MeshView BodyModel::view() const {
   return {Eigen::Map<const interp::Points>(mesh.positions.empty() ? nullptr : &mesh.positions[0].x,
                                            static_cast<Eigen::Index>(mesh.positions.size()), 3),
@@ -588,31 +593,69 @@ double measure_of(const sim::SectionStress& s, StressMeasure measure) {
 
 }  // namespace
 
-void beam_stresses(const BeamStress& stress, const sim::ResultBody& body, std::span<const double> q, StressMeasure measure,
-                   std::span<float> out) {
-  std::vector<double> strains(4 * static_cast<size_t>(body.strain_stations.size()), 0.0);
-  for (Eigen::Index i = 0; i < body.section_strain.rows(); ++i)
-    strains[static_cast<size_t>(body.section_strain(i, 0))] +=
-        body.section_strain(i, 2) * q[static_cast<size_t>(body.section_strain(i, 1))];
-  const auto station = [&](int k) { return Eigen::Map<const sim::SectionStrains>(strains.data() + 4 * static_cast<std::ptrdiff_t>(k)); };
-  const int last = static_cast<int>(body.strain_stations.size()) - 1;
+namespace {
+
+// Section strains at the stations of a beam, at its elastic coordinates q.
+class StationStrains {
+ public:
+  StationStrains(const sim::ResultBody& body, std::span<const double> q)
+      : body_(body),
+        last_(static_cast<int>(body.strain_stations.size()) - 1),
+        strains_(4 * static_cast<size_t>(body.strain_stations.size()), 0.0) {
+    for (Eigen::Index i = 0; i < body.section_strain.rows(); ++i)
+      strains_[static_cast<size_t>(body.section_strain(i, 0))] +=
+          body.section_strain(i, 2) * q[static_cast<size_t>(body.section_strain(i, 1))];
+  }
+  Eigen::Map<const sim::SectionStrains> station(int k) const {
+    return Eigen::Map<const sim::SectionStrains>(strains_.data() + 4 * static_cast<std::ptrdiff_t>(k));
+  }
   // What transverse forces change the curvatures by between two stations.
-  const auto bend_rates = [&](int from, int to) {
-    const double width = body.strain_stations[to] - body.strain_stations[from];
-    return width > 1e-6 * body.length ? Eigen::Vector2d((station(to) - station(from)).segment<2>(1) / width)
-                                      : Eigen::Vector2d(Eigen::Vector2d::Zero());
-  };
-  for (size_t i = 0; i < stress.vertices.size(); ++i) {
-    const BeamStress::Vertex& v = stress.vertices[i];
-    const int next = std::min(v.station + 1, last);
+  Eigen::Vector2d bend_rates(int from, int to) const {
+    const double width = body_.strain_stations[to] - body_.strain_stations[from];
+    return width > 1e-6 * body_.length ? Eigen::Vector2d((station(to) - station(from)).segment<2>(1) / width)
+                                       : Eigen::Vector2d(Eigen::Vector2d::Zero());
+  }
+  // At a vertex: strains and rates of its first side.
+  std::pair<sim::SectionStrains, Eigen::Vector2d> at(const BeamStress::Vertex& v) const {
+    const int next = std::min(v.station + 1, last_);
     sim::SectionStrains e = station(v.station);
     if (v.share > 0.0) e += v.share * (station(next) - e);
+    return {e, bend_rates(next == v.station ? std::max(0, next - 1) : v.station, next)};
+  }
+
+ private:
+  const sim::ResultBody& body_;
+  int last_ = 0;
+  std::vector<double> strains_;
+};
+
+}  // namespace
+
+void beam_stress_vectors(const BeamStress& stress, const sim::ResultBody& body, std::span<const double> q, std::span<float> out) {
+  const StationStrains strains(body, q);
+  for (size_t i = 0; i < stress.vertices.size(); ++i) {
+    const BeamStress::Vertex& v = stress.vertices[i];
+    const auto [e, rates] = strains.at(v);
+    // As sim::stress_at, with the direction of the shear stress.
+    const Eigen::Vector2d shear = stress.shear_modulus * e[3] * v.at.torsion + stress.youngs_modulus * (v.at.force * rates);
+    out[3 * i] = static_cast<float>(stress.youngs_modulus * (e[0] - v.at.y * e[1] - v.at.z * e[2]));
+    out[3 * i + 1] = static_cast<float>(std::numbers::sqrt3 * shear.x());
+    out[3 * i + 2] = static_cast<float>(std::numbers::sqrt3 * shear.y());
+  }
+}
+
+void beam_stresses(const BeamStress& stress, const sim::ResultBody& body, std::span<const double> q, StressMeasure measure,
+                   std::span<float> out) {
+  const StationStrains strains(body, q);
+  for (size_t i = 0; i < stress.vertices.size(); ++i) {
+    const BeamStress::Vertex& v = stress.vertices[i];
+    const auto [e, e_rates] = strains.at(v);
     const auto value = [&](const sim::SectionStrains& strains, const Eigen::Vector2d& rates) {
       return measure_of(sim::stress_at(strains, rates, stress.youngs_modulus, stress.shear_modulus, v.at), measure);
     };
-    double worst = value(e, bend_rates(next == v.station ? std::max(0, next - 1) : v.station, next));
+    double worst = value(e, e_rates);
     if (v.other >= 0) {
-      const double other = value(station(v.other), bend_rates(std::max(0, v.other - 1), v.other));
+      const double other = value(strains.station(v.other), strains.bend_rates(std::max(0, v.other - 1), v.other));
       worst = measure == StressMeasure::min_principal ? std::min(worst, other) : std::max(worst, other);
     }
     out[i] = static_cast<float>(worst);

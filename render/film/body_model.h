@@ -112,6 +112,9 @@ struct BodyDrawing {
 // Throws render::MeshError, interp::InputError, interp::MapError, sim::InputError.
 BodyModel make_body_model(const sim::ResultBody& body, const BodyDrawing& drawing, const RenderSettings& settings, int index);
 
+// Whether the results of a body hold what its stress is made of.
+bool knows_stress(const sim::ResultBody& body);
+
 // Buffers of one body, reused from picture to picture.
 struct BodyMemory {
   interp::Points node_displacement, node_rotation;
@@ -125,6 +128,10 @@ struct BodyMemory {
 // Von Mises stress of a beam's vertices, Pa, at its elastic coordinates q.
 void beam_stresses(const BeamStress& stress, const sim::ResultBody& body, std::span<const double> q, StressMeasure measure,
                    std::span<float> out);
+
+// The same as three numbers a vertex, linear in q, whose length is the von Mises stress, Pa. Where section forces jump at a vertex those
+// of its first side count.
+void beam_stress_vectors(const BeamStress& stress, const sim::ResultBody& body, std::span<const double> q, std::span<float> out);
 
 // Displacement of the vertices in scale, 3 M floats in memory.displacement.
 void update_displacement(const BodyModel& model, const sim::ResultBody& body, const SamplePlace& place, BodyMemory& memory);

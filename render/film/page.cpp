@@ -5,6 +5,7 @@
 #include "render/base/house_page.h"
 #include "render/base/html.h"
 #include "render/film/overlay.h"
+#include "render/film/page_colors.h"
 #include "render/film/page_texts.h"
 #include "render/film/picture_accuracy.h"
 #include "render/film/shape_basis.h"
@@ -17,58 +18,20 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <cstring>
 #include <limits>
-#include <type_traits>
 
 namespace flexframe::film {
 namespace {
 
 using Json = nlohmann::ordered_json;
-static_assert(std::endian::native == std::endian::little, "the arrays of a page are little-endian");
-
-constexpr size_t most_bytes = size_t{1} << 30;
 constexpr int trace_points = 1500;  // of one trace, as in pictures
-
-// All arrays, one after another; each begins at a multiple of four bytes.
-struct Block {
-  std::vector<std::uint8_t> bytes;
-
-  template <class T>
-  Json add(const std::vector<T>& values) {
-    const char* type = std::is_same_v<T, float>           ? "f4"
-                       : std::is_same_v<T, std::uint32_t> ? "u4"
-                       : std::is_same_v<T, std::int16_t>  ? "i2"
-                       : std::is_same_v<T, std::uint16_t> ? "u2"
-                       : std::is_same_v<T, std::int8_t>   ? "i1"
-                                                          : "u1";
-    const size_t at = (bytes.size() + 3) / 4 * 4, size = values.size() * sizeof(T);
-    if (at + size > most_bytes)
-      throw FileError("the sequence needs more than 1 GiB, which browsers do not take: draw fewer pictures a second or coarser meshes");
-    bytes.resize(at + size);
-    if (size > 0) std::memcpy(bytes.data() + at, values.data(), size);
-    return {{"o", at}, {"n", values.size()}, {"t", type}};
-  }
-};
 
 Json vector(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 
-// Values as whole multiples of the returned step, the largest with the type's largest number.
-template <class T>
-float round_to(const std::vector<float>& values, std::vector<T>& out) {
-  float largest = 0.0f;
-  for (const float v : values) largest = std::max(largest, std::abs(v));
-  constexpr float most = static_cast<float>(std::numeric_limits<T>::max());
-  const float step = largest > 0.0f ? largest / most : 1.0f;
-  for (const float v : values) out.push_back(static_cast<T>(std::lround(v / step)));
-  return step;
-}
-
 // Poses of a frame at every picture: positions and unit quaternions x y z w.
 template <class Pose>
-void add_motion(Block& block, int count, Pose&& pose, Json& body) {
+void add_motion(PageBlock& block, int count, Pose&& pose, Json& body) {
   std::vector<float> positions, rotations;
   glm::dquat before(1, 0, 0, 0);
   for (int k = 0; k < count; ++k) {
@@ -84,7 +47,7 @@ void add_motion(Block& block, int count, Pose&& pose, Json& body) {
 }
 
 // Undeformed vertices: 16 bits of the box around them; normals as 16-bit directions.
-void add_rest(Block& block, const std::vector<glm::vec3>& points, const std::vector<glm::vec3>& normals,
+void add_rest(PageBlock& block, const std::vector<glm::vec3>& points, const std::vector<glm::vec3>& normals,
               const std::vector<glm::uvec3>& triangles, Json& body, PageReport& report) {
   glm::vec3 low(std::numeric_limits<float>::max()), high(std::numeric_limits<float>::lowest());
   for (const glm::vec3& p : points) low = glm::min(low, p), high = glm::max(high, p);
@@ -108,12 +71,7 @@ void add_rest(Block& block, const std::vector<glm::vec3>& points, const std::vec
   report.triangles += triangles.size();
 }
 
-// Weights with all shapes of one picture beside each other.
-std::vector<float> by_picture(const Eigen::MatrixXf& weights) { return {weights.data(), weights.data() + weights.size()}; }
-
-void add_deformation(Block& block, const Animation& animation, int b, Json& body, PageReport& report) {
-  const BodyModel& model = animation.bodies[b];
-  const ShapeBasis basis = make_shape_basis(animation, b);
+void add_deformation(PageBlock& block, const BodyModel& model, const ShapeBasis& basis, Json& body, PageReport& report) {
   const int count = static_cast<int>(basis.shapes.cols());
   if (count == 0) return;
   BodyMemory memory;
@@ -146,59 +104,33 @@ void add_deformation(Block& block, const Animation& animation, int b, Json& body
   report.error = std::max(report.error, basis.error + rounding);
 }
 
-// How the body is coloured: 0 own colour, 1 length of the displacement, 2 shapes of the value, 3 a constant.
-void add_values(Block& block, const Animation& animation, int b, Json& body, PageReport& report) {
-  body["shown"] = 0;
-  if (!animation.scalar_bar) return;
-  if (animation.settings.color_by == ColorBy::displacement && animation.bodies[b].flexible) {
-    body["shown"] = body.contains("shapes") ? 1 : 3;
-    return;
-  }
-  const ShapeBasis basis = make_value_basis(animation, b);
-  if (basis.largest < 0.0) return;
-  const int count = static_cast<int>(basis.shapes.cols());
-  body["shown"] = count > 0 ? 2 : 3;
-  if (count == 0) return;
-  std::vector<std::int16_t> shapes;
-  std::vector<float> steps, values;
-  for (int k = 0; k < count; ++k) {
-    values.assign(basis.shapes.col(k).data(), basis.shapes.col(k).data() + basis.shapes.rows());
-    steps.push_back(round_to(values, shapes));
-  }
-  body["values"] = count;
-  body["value_data"] = block.add(shapes);
-  body["value_step"] = steps;
-  body["value_weights"] = block.add(by_picture(basis.weights));
-  const double range = animation.scalar_map.upper - animation.scalar_map.lower;
-  if (range > 0.0) report.value_error = std::max(report.value_error, basis.error / range);
-}
-
 void add_look(const render::Material& look, float opacity, Json& body) {
   body["color"] = vector(look.color);
   body["metallic"] = look.metallic;
   body["opacity"] = opacity;
 }
 
-void add_body(Block& block, const Animation& animation, int b, Json& bodies, PageReport& report) {
-  const BodyModel& model = animation.bodies[b];
+void add_body(PageBlock& block, const Animation& animation, const PageColors& colors, int b, Json& bodies, PageReport& report) {
+  const Animation& shown = colors.stressed ? *colors.stressed : animation;
+  const BodyModel &model = shown.bodies[b], &look = animation.bodies[b];
   const sim::ResultBody& result = animation.results->bodies[b];
   if (model.mesh.triangles.empty()) {
     report.notes.push_back(fmt::format("body '{}' has no mesh and is left out of the page", result.name));
     return;
   }
-  Json body = {{"name", result.name}, {"kind", "body"}, {"visible", model.visible}};
-  add_look(model.material, model.opacity, body);
+  Json body = {{"name", result.name}, {"kind", "body"}, {"visible", look.visible}};
+  add_look(look.material, look.opacity, body);
   add_motion(
       block, animation.count, [&](int k) { return body_pose(result, find_sample(animation.results->times, picture_time(animation, k))); },
       body);
   std::vector<glm::vec3> points;
   for (const int p : model.mesh.point_position) points.emplace_back(model.mesh.positions[p]);
   add_rest(block, points, model.rest_normals, model.triangles, body, report);
-  if (!model.colors.empty()) {
-    std::vector<std::uint8_t> colors;
+  if (!model.colors.empty() && !look.colors.empty()) {
+    std::vector<std::uint8_t> own;
     for (const glm::vec3& c : model.colors)
-      for (int i = 0; i < 3; ++i) colors.push_back(static_cast<std::uint8_t>(std::lround(255.0f * std::clamp(c[i], 0.0f, 1.0f))));
-    body["colors"] = block.add(colors);
+      for (int i = 0; i < 3; ++i) own.push_back(static_cast<std::uint8_t>(std::lround(255.0f * std::clamp(c[i], 0.0f, 1.0f))));
+    body["colors"] = block.add(own);
     glm::vec3 mean(0.0f);  // for the list of bodies
     for (const glm::vec3& c : model.colors) mean += c / static_cast<float>(model.colors.size());
     body["color"] = vector(mean);
@@ -209,15 +141,16 @@ void add_body(Block& block, const Animation& animation, int b, Json& bodies, Pag
       for (const int end : {crease.a, crease.b}) ends.push_back(static_cast<std::uint32_t>(end));
     body["creases"] = block.add(ends);
   }
-  if (model.flexible) add_deformation(block, animation, b, body, report);
-  add_values(block, animation, b, body, report);
+  const ShapeBasis basis = model.flexible ? make_shape_basis(shown, b) : ShapeBasis();
+  if (model.flexible) add_deformation(block, model, basis, body, report);
+  report.value_error = std::max(report.value_error, add_body_colors(colors, shown, b, basis, block, body));
   ++report.bodies;
   bodies.push_back(std::move(body));
 }
 
-void add_symbol(Block& block, const Animation& animation, const JointSymbol& symbol, Json& bodies, PageReport& report) {
+void add_symbol(PageBlock& block, const Animation& animation, const JointSymbol& symbol, Json& bodies, PageReport& report) {
   const sim::ResultJoint& joint = animation.results->joints[symbol.joint];
-  Json body = {{"name", joint.name}, {"kind", "joint"}, {"visible", true}, {"shown", 0}};
+  Json body = {{"name", joint.name}, {"kind", "joint"}, {"visible", true}};
   add_look(symbol_material(animation.settings), 1.0f, body);
   add_motion(
       block, animation.count,
@@ -235,7 +168,7 @@ void push_point(std::vector<float>& out, const glm::dvec3& p) {
 }
 
 // Paths of frames and springs between frames, in scale.
-void add_lines(Block& block, const Animation& animation, Json& scene) {
+void add_lines(PageBlock& block, const Animation& animation, Json& scene) {
   const sim::Results& results = *animation.results;
   const double first = results.times[0], last = results.times[results.times.size() - 1];
   const int points = static_cast<int>(std::min<Eigen::Index>(trace_points, std::max<Eigen::Index>(2, results.times.size())));
@@ -262,7 +195,7 @@ void add_lines(Block& block, const Animation& animation, Json& scene) {
 }
 
 // Every output, thinned so that each bin keeps its extremes; the plots of the pictures are open at the start.
-void add_outputs(Block& block, const Animation& animation, Json& scene) {
+void add_outputs(PageBlock& block, const Animation& animation, Json& scene) {
   scene["outputs"] = scene["plots"] = Json::array();
   const auto& asked = animation.settings.overlay.plot;
   for (const sim::ResultOutput& output : animation.results->outputs) {
@@ -276,24 +209,6 @@ void add_outputs(Block& block, const Animation& animation, Json& scene) {
                                 {"x", block.add(std::vector<float>(series.x.begin(), series.x.end()))},
                                 {"y", block.add(std::vector<float>(series.y.begin(), series.y.end()))}});
   }
-}
-
-void add_colours(Block& block, const Animation& animation, Json& scene) {
-  if (!animation.scalar_bar) return;
-  const render::ScalarMap& map = animation.scalar_map;
-  std::vector<std::uint8_t> colors;
-  for (int i = 0; i < 256; ++i) {
-    const glm::vec3 c = render::map_color(map, i / 255.0);
-    for (int k = 0; k < 3; ++k) colors.push_back(static_cast<std::uint8_t>(std::lround(255.0f * std::clamp(c[k], 0.0f, 1.0f))));
-  }
-  scene["colour"] = {{"label", animation.scalar_bar->label},
-                     {"unit", animation.scalar_bar->unit},
-                     {"factor", animation.scalar_bar->factor},
-                     {"lower", map.lower},
-                     {"upper", map.upper},
-                     {"levels", map.levels},
-                     {"logarithmic", map.logarithmic},
-                     {"map", block.add(colors)}};
 }
 
 void add_view(const Animation& animation, Json& scene) {
@@ -385,6 +300,7 @@ std::string summary(const Animation& animation, const PageReport& report) {
   for (const std::string& warning : animation.warnings) add("warning", warning, "warning");
   for (const std::string& note : s.notes.texts(sim::Severity::note)) add("note", note);
   for (const std::string& note : animation.notes) add("note", note);
+  for (const std::string& note : report.notes) add("note", note);
   return text + "</dl>";
 }
 
@@ -416,13 +332,24 @@ std::string fill(const std::string& page, const std::map<std::string, std::strin
 
 }  // namespace
 
-std::string make_page(const Animation& animation, std::span<const std::uint8_t> png, PageReport& report) {
-  Block block;
+std::string make_page(Animation& animation, const sim::Scene* source, std::span<const std::uint8_t> png, PageReport& report) {
+  PageBlock block;
   Json scene, bodies = Json::array();
   add_times(animation, scene);
   add_view(animation, scene);
-  add_colours(block, animation, scene);
-  for (size_t b = 0; b < animation.bodies.size(); ++b) add_body(block, animation, static_cast<int>(b), bodies, report);
+  const PageColors colors = find_page_colors(animation, source);
+  scene["colours"] = colors_json(colors, block);
+  scene["coloured"] = colors.own ? 0 : -1;
+  for (const Json& c : scene["colours"]) report.colors.push_back(c["word"]);
+  // What is said of stress alone.
+  if (colors.stressed)
+    for (const auto* said : {&colors.stressed->warnings, &colors.stressed->notes})
+      for (const std::string& text : *said) {
+        const bool known = std::count(animation.warnings.begin(), animation.warnings.end(), text) > 0 ||
+                           std::count(animation.notes.begin(), animation.notes.end(), text) > 0;
+        if (!known) report.notes.push_back("coloured by stress: " + text);
+      }
+  for (size_t b = 0; b < animation.bodies.size(); ++b) add_body(block, animation, colors, static_cast<int>(b), bodies, report);
   for (const JointSymbol& symbol : animation.symbols) add_symbol(block, animation, symbol, bodies, report);
   scene["bodies"] = std::move(bodies);
   add_lines(block, animation, scene);

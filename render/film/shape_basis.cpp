@@ -94,14 +94,49 @@ ShapeBasis make_shape_basis(const Animation& animation, int body, double relativ
                     relative);
 }
 
-ShapeBasis make_value_basis(const Animation& animation, int body, double relative) {
+VectorBasis make_stress_basis(const Animation& animation, const RenderSettings& settings, int body, double relative) {
+  const BodyModel& model = animation.bodies[body];
+  ScalarMemory work;
+  std::vector<float> vertices, values;
+  VectorBasis out;
+  const auto update = [&](int picture) {
+    out.width = update_stress_vectors({model, *animation.results, static_cast<size_t>(body), settings}, picture_time(animation, picture),
+                                      work, vertices);
+    values.clear();
+    if (out.width == 0) return;
+    for (const int p : model.mesh.point_position) {
+      const auto at = vertices.begin() + static_cast<std::ptrdiff_t>(p) * out.width;
+      values.insert(values.end(), at, at + out.width);
+    }
+  };
+  update(0);
+  if (out.width == 0) return out;
+  out.basis = make_basis({.rows = static_cast<Eigen::Index>(values.size()),
+                          .width = out.width,
+                          .pictures = animation.count,
+                          .at =
+                              [&](int picture) {
+                                update(picture);
+                                return Eigen::Map<const Eigen::VectorXf>(values.data(), static_cast<Eigen::Index>(values.size()));
+                              }},
+                         relative);
+  return out;
+}
+
+Eigen::VectorXf shape_weights(const ShapeBasis& basis, std::span<const float> displacement) {
+  const Eigen::Map<const Eigen::VectorXf> u(displacement.data(), static_cast<Eigen::Index>(displacement.size()));
+  // They are at right angles to each other.
+  return (basis.shapes.transpose() * u).cwiseQuotient(basis.shapes.colwise().squaredNorm().transpose());
+}
+
+ShapeBasis make_value_basis(const Animation& animation, const RenderSettings& settings, int body, double relative) {
   const BodyModel& model = animation.bodies[body];
   BodyMemory memory;
   ScalarMemory work;
   std::vector<float> vertex_values, values;
   const auto update = [&](int picture) {
     if (model.flexible) displacement_at(animation, body, picture, memory);
-    update_scalars({model, *animation.results, static_cast<size_t>(body), animation.settings}, picture_time(animation, picture), memory,
+    update_scalars({model, *animation.results, static_cast<size_t>(body), settings}, picture_time(animation, picture), memory,
                    work, vertex_values);
     values.clear();
     if (vertex_values.empty()) return;
@@ -109,7 +144,7 @@ ShapeBasis make_value_basis(const Animation& animation, int body, double relativ
     for (const int p : model.mesh.point_position) values.push_back(std::isfinite(vertex_values[p]) ? vertex_values[p] : 0.0f);
   };
   update(0);
-  if (values.empty()) {
+  if (std::none_of(vertex_values.begin(), vertex_values.end(), [](float v) { return std::isfinite(v); })) {
     ShapeBasis none;
     none.largest = -1.0;
     return none;

@@ -6,6 +6,7 @@
 
 #include "render/film/animation.h"
 
+#include <span>
 #include <vector>
 
 namespace flexframe::film {
@@ -21,8 +22,19 @@ struct ShapeBasis {
 // displacement (root mean square), at most 64.
 ShapeBasis make_shape_basis(const Animation& animation, int body, double relative = 1e-4);
 
-// The same of what the body is coloured by: one number per shading point (M rows), in the units of the colours. Not one shape: the body has
-// no such numbers (`largest` negative), or they are zero throughout.
-ShapeBasis make_value_basis(const Animation& animation, int body, double relative = 2e-3);
+// The same of what `settings` colour the body by: one number per shading point (M rows), in the units of the colours. Not one shape: the
+// body has no such numbers (`largest` negative), or they are zero throughout.
+ShapeBasis make_value_basis(const Animation& animation, const RenderSettings& settings, int body, double relative = 2e-3);
+
+// The same of the stress as vectors whose length it is (update_stress_vectors): `width` numbers a shading point; exact where a body's
+// stress is linear in few coordinates. Width 0: its stress is no such length.
+struct VectorBasis {
+  int width = 0;
+  ShapeBasis basis;
+};
+VectorBasis make_stress_basis(const Animation& animation, const RenderSettings& settings, int body, double relative = 1e-4);
+
+// Weights of the shapes that come nearest to a displacement of the vertices (3 M).
+Eigen::VectorXf shape_weights(const ShapeBasis& basis, std::span<const float> displacement);
 
 }  // namespace flexframe::film

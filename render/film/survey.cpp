@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <numeric>
 #include <set>
 
@@ -149,6 +150,35 @@ void update_stress(const ColoredBody& of, double t, ScalarMemory& work, std::vec
 }
 
 }  // namespace
+
+int update_stress_vectors(const ColoredBody& of, double t, ScalarMemory& work, std::vector<float>& vectors) {
+  const BodyModel& model = of.model;
+  const sim::ResultBody& body = of.results.bodies[of.body];
+  const bool unknown = of.shares && model.shares_of_yield && !(model.yield_stress > 0.0);
+  if (of.settings.stress != StressMeasure::von_mises || unknown || !(model.stress || model.beam_stress) || !model.vertex_nodes.empty())
+    return 0;
+  const int width = model.stress ? 6 : 3;
+  const size_t vertices = model.rest.size() / 3;
+  vectors.resize(static_cast<size_t>(width) * vertices);
+  elastic_coordinates(body, find_sample(of.results.times, t), work.body.q);
+  if (model.stress) {
+    interp::apply_modes(*model.stress, work.body.q, vectors, 1);
+    constexpr float root3 = std::numbers::sqrt3_v<float>;
+    for (size_t v = 0; v < vertices; ++v) {
+      float* const s = vectors.data() + 6 * v;  // xx yy zz xy yz xz
+      const float across = 0.5f * root3 * (s[0] - s[1]), along = 0.5f * (s[0] + s[1]) - s[2];
+      s[0] = across;
+      s[1] = along;
+      s[2] = 0.0f;
+      for (int k = 3; k < 6; ++k) s[k] *= root3;
+    }
+  } else {
+    beam_stress_vectors(*model.beam_stress, body, work.body.q, vectors);
+  }
+  if (of.shares && model.yield_stress > 0.0)
+    for (float& value : vectors) value = static_cast<float>(value / model.yield_stress);
+  return width;
+}
 
 void update_scalars(const ColoredBody& of, double t, const BodyMemory& memory, ScalarMemory& work, std::vector<float>& scalars) {
   const BodyModel& model = of.model;

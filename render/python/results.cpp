@@ -64,6 +64,22 @@ py::dict by_name(const Shared& r, std::size_t count, auto&& list) {
   return out;
 }
 
+py::dict shares(const sim::PictureShares& p) {
+  py::dict out;
+  out["asked"] = p.asked;
+  out["unit"] = p.unit;
+  out["allowed"] = p.allowed;
+  out["total"] = p.total;
+  out["time"] = p.time;
+  out["space"] = p.space;
+  out["effects"] = p.effects;
+  out["map"] = p.map;
+  out["samples"] = p.samples;
+  out["raster"] = p.raster;
+  out["body"] = p.body;
+  return out;
+}
+
 py::dict statistics(const sim::Results& r) {
   const sim::SolverStatistics& s = r.statistics;
   py::dict out;
@@ -87,6 +103,7 @@ py::dict statistics(const sim::Results& r) {
     out["error_effects"] = s.accuracy->effects;
     out["half_cost"] = s.accuracy->half_cost;
     out["search_cpu_seconds"] = s.accuracy->search_cpu;
+    if (s.accuracy->picture) out["picture"] = shares(*s.accuracy->picture);
   }
   return out;
 }
@@ -352,7 +369,10 @@ r["slider.x"] is a column of the histories, (nt,); r["slider"] all columns of an
           "Energies and work of the system by name, (nt,) each, J.")
       .def_property_readonly(
           "statistics", &statistics,
-          "Method, tolerance, counts of the solver, estimated error, CPU time; of an asked accuracy its parts and what was chosen.")
+          R"(Method, tolerance, counts of the solver, estimated error, CPU time; of an asked accuracy its parts and what was chosen.
+
+Of a distance in pictures (accuracy="0.5 px") also "picture": the largest distance "total" of those "allowed" and its shares "time", "space",
+"effects", "map", "samples", "raster", all in "unit" (px or m), and the "body" where it is largest.)")
       .def_property_readonly(
           "warnings", [](const sim::Results& r) { return r.statistics.notes.texts(sim::Severity::warning); },
           "What may be wrong by more than was asked, one sentence each.")

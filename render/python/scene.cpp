@@ -1,15 +1,18 @@
 // Scene and simulate.
 #include "render/python/scene.h"
 
+#include "render/film/picture_accuracy.h"
 #include "render/python/bindings.h"
 #include "sim/base/words.h"
 #include "sim/results/results_file.h"
+#include "sim/scene/picture_accuracy.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/simulate.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <variant>
 
 namespace flexframe::python {
 
@@ -36,21 +39,41 @@ sim::Method method_of(const std::string& word) {
 
 namespace {
 
+// A distance as text; throws ArgumentError.
+sim::PictureAccuracy distance_of(const std::string& text) {
+  try {
+    if (const auto found = sim::parse_picture_accuracy(text)) return *found;
+  } catch (const sim::InputError& error) {
+    throw ArgumentError(fmt::format("accuracy {}", error.what()));
+  }
+  throw ArgumentError(
+      fmt::format("accuracy must be a number from 1e-9 to 0.5 (a share of the outputs' ranges), or a distance in the pictures such as "
+                  "\"0.5 px\" or \"0.1 mm\"; found {}",
+                  sim::quote(text)));
+}
+
 // Parameters: one a word of ff.simulate.
-std::shared_ptr<sim::Results> simulate(const Scene& scene, std::optional<double> accuracy, std::optional<double> tolerance,
-                                       const std::optional<std::string>& method, bool estimate_error, bool check_effects,
-                                       const py::object& progress) {
-  if (accuracy && tolerance) throw ArgumentError("accuracy excludes tolerance: give the requested error of the outputs or the local error");
+std::shared_ptr<sim::Results> simulate(const Scene& given, const std::variant<std::monostate, double, std::string>& accuracy,
+                                       std::optional<double> tolerance, const std::optional<std::string>& method, bool estimate_error,
+                                       bool check_effects, const py::object& progress) {
+  const bool asked = !std::holds_alternative<std::monostate>(accuracy);
+  if (asked && tolerance) throw ArgumentError("accuracy excludes tolerance: give the requested error of the outputs or the local error");
+  sim::Scene scene = given.scene;
+  if (asked || tolerance) scene.simulation.picture_accuracy.reset();
   sim::SimulateOptions options;
-  options.accuracy = accuracy;
+  if (const double* share = std::get_if<double>(&accuracy)) options.accuracy = *share;
+  if (const std::string* distance = std::get_if<std::string>(&accuracy)) scene.simulation.picture_accuracy = distance_of(*distance);
   options.tolerance = tolerance;
   if (method) options.method = method_of(*method);
   options.estimate_error = estimate_error;
   options.check_effects = check_effects;
   Watcher watcher(progress);
-  options.progress = [&](double time) { watcher.look(time / scene.scene.simulation.duration); };
+  options.progress = [&](double time) { watcher.look(time / scene.simulation.duration); };
   const py::gil_scoped_release free;
-  return std::make_shared<sim::Results>(sim::simulate(scene.scene, options));
+  if (!scene.simulation.picture_accuracy) return std::make_shared<sim::Results>(sim::simulate(scene, options));
+  const film::RenderSettings settings = film::read_render_settings(given.document);
+  film::check_render_settings(settings, scene);
+  return std::make_shared<sim::Results>(film::simulate_for_pictures(scene, settings, options));
 }
 
 std::vector<std::string> names(const auto& list) {

@@ -35,6 +35,18 @@ int part_of(const Model& model, int body, int piece) {
   return -1;
 }
 
+// Nodes that the scene turns are nodes of the body's file.
+void require_turned_nodes(const Scene& scene, const BodyDef& def, const FlexibleBody& made) {
+  std::vector<std::string> names;
+  for (const FlexibleNode& node : made.nodes) names.push_back(node.name);
+  for (const auto& entry : def.frame_axes) {
+    if (std::find(names.begin(), names.end(), entry.first) != names.end()) continue;
+    const std::string hint = did_you_mean(entry.first, names);
+    throw InputError(fmt::format("{}:{}: body '{}': key 'frames' turns {}, which is no node of its file{}{} it has {}", scene.file.string(),
+                                 def.line, def.name, quote(entry.first), hint, hint.empty() ? ";" : "", list_words(names, 12)));
+  }
+}
+
 std::string frame_list(const BodyDef& body) {
   std::vector<std::string> names;
   if (const auto* rigid = std::get_if<RigidDef>(&body.kind)) {
@@ -573,6 +585,7 @@ void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order
     } else if (const auto* modal = std::get_if<ModalDef>(&def.kind)) {
       BodyFile file = read_body(modal->file, modal->file.string());
       part.body = std::move(file.body);
+      require_turned_nodes(scene, def, part.body);
       for (const std::string& note : file.notes) model.notes.tell(owner, note);
       warn_of_lacking_modes(model, scene, owner, def.name, file.comment);
       add_rayleigh_damping(modal->damping, part.body);

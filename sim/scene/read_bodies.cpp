@@ -317,12 +317,13 @@ std::map<std::string, std::vector<int>> read_modes(const TableReader& body) {
   return modes;
 }
 
-// A frame that is a table: place ("position" or "at") and rotation, whose axes it adds. None for a plain place.
+// A frame that is a table: place ("position" or "at"; null where its name says it) and rotation, whose axes it adds. None for a plain
+// place.
 std::optional<TableReader> turned_frame(const TableReader& frames, const std::string& name, const char* place,
                                         std::map<std::string, Mat3>& axes) {
   if (const TomlValue* value = frames.find(name); !value || value->type != TomlValue::Type::table) return std::nullopt;
   const TableReader table = *frames.table(name);
-  table.allow({place, "rotation"});
+  table.allow(place ? Words{place, "rotation"} : Words{"rotation"});
   const Vec3 rotation = read_rotation(table, "rotation");
   if (!rotation.isZero(0.0)) axes[name] = rotation_exp(rotation);
   return table;
@@ -406,9 +407,20 @@ BeamDef read_beam(const TableReader& reader, std::map<std::string, Mat3>& axes) 
   return beam;
 }
 
-ModalDef read_modal(const TableReader& reader, const std::filesystem::path& folder) {
+// Axes of the file's nodes where they are not those of the file.
+void read_node_axes(const TableReader& body, std::map<std::string, Mat3>& axes) {
+  const auto frames = body.table("frames");
+  if (!frames) return;
+  for (const std::string& name : frames->value().keys) {
+    if (!frames->table(name)->has("rotation")) frames->fail(name, "must say the rotation of this node of the file: { rotation = ... }");
+    turned_frame(*frames, name, nullptr, axes);
+  }
+}
+
+ModalDef read_modal(const TableReader& reader, const std::filesystem::path& folder, std::map<std::string, Mat3>& axes) {
   ModalDef modal;
   modal.file = read_file_path(reader, "file", folder);
+  read_node_axes(reader, axes);
   modal.effects = read_effects(reader);
   modal.damping = read_damping(reader);
   modal.initial = read_flexible_initial(reader);
@@ -482,7 +494,7 @@ Words allowed_keys(std::size_t kind, bool modal_beam) {
            "damping", "frames", "initial", "shown"});
       break;
     case 2:
-      add({"file", "effects", "without", "damping", "initial", "shown"});
+      add({"file", "frames", "effects", "without", "damping", "initial", "shown"});
       break;
     default:
       add({"file", "omega", "gamma", "sigma", "theta", "ports", "mass", "inertia", "centre_of_mass", "frames", "initial", "shown"});
@@ -604,7 +616,7 @@ BodyDef read_body(TableReader& reader, const std::filesystem::path& folder) {
       body.kind = read_beam(reader, body.frame_axes);
       break;
     case 2:
-      body.kind = read_modal(reader, folder);
+      body.kind = read_modal(reader, folder, body.frame_axes);
       break;
     default:
       body.kind = read_state_space(reader, folder, body.frame_axes);

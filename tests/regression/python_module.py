@@ -14,6 +14,7 @@ import threading
 import time
 
 import numpy as np
+import scipy.integrate
 
 import flexframe as ff
 
@@ -494,6 +495,42 @@ def interrupts():
     raises(StopIteration, lambda: ff.simulate(long, progress=stop), "at 0.0")
 
 
+def accuracy_of_pictures():
+    """A pendulum whose tip is asked to be within half a pixel: against one integrated here, and the same as the program's."""
+    length, lines, wide = 1.0, 600, 3.0
+    words = {
+        "simulation": {"duration": 1.0, "gravity": [0, -9.81, 0], "output_rate": 50},
+        "body": [
+            {"name": "rod", "kind": "rigid", "mass": 1.0, "centre_of_mass": [0.5, 0, 0], "inertia": [1e-4, 1 / 12, 1 / 12]}
+            | {"frames": {"tip": [length, 0, 0]}, "shapes": [{"shape": "link", "from": [0, 0, 0], "to": [length, 0, 0], "width": 0.05}]}
+        ],
+        "joint": [{"name": "pivot", "kind": "revolute", "parent": "ground", "child": "rod", "initial": {"value": -0.3}}],
+        "output": [{"name": "tip", "of": "rod.tip", "quantity": "position"}],
+        "render": {
+            "size": [800, lines],
+            "camera": {"fit": False, "position": [0, 0, 5], "target": [0, 0, 0], "height": wide, "projection": "orthographic"},
+        },
+    }
+    r = ff.simulate(words, accuracy="0.5 px")
+    shares = r.statistics["picture"]
+    expect(shares["asked"] == "0.5 px" and shares["unit"] == "px" and shares["allowed"] == 0.5, f"what was asked: {shares}")
+    parts = sum(shares[key] for key in ("time", "space", "effects", "map", "samples", "raster"))
+    expect(abs(parts - shares["total"]) < 1e-9 and 0 < shares["total"] <= 0.5, f"shares make the whole: {shares}")
+    swing = scipy.integrate.solve_ivp(lambda t, y: (y[1], -1.5 * 9.81 * np.cos(y[0])), (0, 1), (-0.3, 0), "DOP853", r.t, rtol=1e-12)
+    off = np.hypot(r["tip.x"] - length * np.cos(swing.y[0]), r["tip.y"] - length * np.sin(swing.y[0])).max() * lines / wide
+    expect(off < 0.5, f"the tip is {off} px off")
+    scene = {**words, "simulation": {**words["simulation"], "accuracy": "0.5 px"}}
+    again = ff.simulate(scene)
+    expect(np.array_equal(again["tip.x"], r["tip.x"]) and "picture" in again.statistics, "the scene's own word")
+    expect("picture" not in ff.simulate(scene, accuracy=1e-2).statistics, "a share in its place")
+    expect("picture" not in ff.simulate(scene, tolerance=1e-6).statistics, "a tolerance in its place")
+    mm = ff.simulate(words, accuracy="2 mm").statistics["picture"]
+    expect(mm["unit"] == "m" and mm["allowed"] == 2e-3 and mm["total"] <= 2e-3, f"a length: {mm}")
+    raises(ff.ArgumentError, lambda: ff.simulate(words, accuracy="0.5 kg"), "accuracy", "no unit of length")
+    raises(ff.ArgumentError, lambda: ff.simulate(words, accuracy="0 px"), "above 0")
+    raises(ff.ArgumentError, lambda: ff.simulate(words, accuracy="0.5 px", tolerance=1e-6), "excludes tolerance")
+
+
 def strangers():
     """What others hand over: other types, shapes and orders, what is not finite; threads, forks, copies. Right, or a sentence."""
     words = {
@@ -651,7 +688,7 @@ def documented():
             expect(text.strip() != "" and not text.strip().endswith(f"-> {member}"), f"{name}.{member} has no docstring")
 
 
-for test in (scenes, simulate_and_draw, kernel_map, reduce_bodies, study, sweep, drive, interrupts, strangers, documented):
+for test in (scenes, simulate_and_draw, kernel_map, reduce_bodies, study, sweep, drive, interrupts, accuracy_of_pictures, strangers, documented):
     begin = time.time()
     test()
     print(f"{test.__name__}: {time.time() - begin:.1f} s", flush=True)

@@ -3,29 +3,35 @@
 const shape_width = 2048;  // texels a row of the textures that hold shapes
 const most_shapes = 64;
 
-// Once for each time: the displacement, the change of the normal and the value of every point, kept in a buffer that all passes read.
+// Once for each time and colour: the displacement, its rate, the change of the normal and the value of every point, kept in a buffer that
+// all passes read.
 const deform_shader = `#version 300 es
 precision highp float;
 precision highp int;
 precision highp isampler2D;
 uniform isampler2D shapes, turns, values;
-uniform int shape_count, value_count, points;
-uniform vec4 weights[${most_shapes}];                 // of displacement, of normals, of the value
-out vec3 moved, turn;
+uniform int shape_count, value_count, points, parts;  // parts of the value: 0 a number, else so many vectors whose length it is
+uniform vec4 weights[${most_shapes}];  // of displacement, of normals, of the value, of the displacement's rate
+out vec3 moved, turn, rate;
 out float number;
 void main() {
-  moved = turn = vec3(0.0);
-  number = 0.0;
+  moved = turn = rate = vec3(0.0);
   for (int k = 0; k < shape_count; ++k) {
     int i = k * points + gl_VertexID;
     ivec2 texel = ivec2(i % ${shape_width}, i / ${shape_width});
-    moved += weights[k].x * vec3(texelFetch(shapes, texel, 0).xyz);
+    vec3 shape = vec3(texelFetch(shapes, texel, 0).xyz);
+    moved += weights[k].x * shape;
+    rate += weights[k].w * shape;
     turn += weights[k].y * vec3(texelFetch(turns, texel, 0).xyz);
   }
+  vec3 first = vec3(0.0), second = vec3(0.0);
   for (int k = 0; k < value_count; ++k) {
-    int i = k * points + gl_VertexID;
-    number += weights[k].z * float(texelFetch(values, ivec2(i % ${shape_width}, i / ${shape_width}), 0).x);
+    int i = (k * points + gl_VertexID) * max(parts, 1);
+    first += weights[k].z * vec3(texelFetch(values, ivec2(i % ${shape_width}, i / ${shape_width}), 0).xyz);
+    ++i;
+    if (parts == 2) second += weights[k].z * vec3(texelFetch(values, ivec2(i % ${shape_width}, i / ${shape_width}), 0).xyz);
   }
+  number = parts > 0 ? sqrt(dot(first, first) + dot(second, second)) : first.x;
   gl_Position = vec4(0.0);
 }`;
 const nothing_shader = `#version 300 es
@@ -42,15 +48,17 @@ layout(location = 2) in vec3 color;
 layout(location = 3) in vec3 moved;
 layout(location = 4) in vec3 turn;
 layout(location = 5) in float number;
-uniform mat4 world, eye;
-uniform int shown;  // 0 own colour, 1 length of the displacement, 2 the value, 3 constant
-uniform float scale, constant;
+layout(location = 6) in vec3 rate;
+uniform mat4 world, eye, drift;  // drift: what the frame changes by in a second
+uniform int shown;  // 0 own colour, 1 length of the displacement, 2 the value, 3 zero, 4 speed
+uniform float scale;
 uniform bool shadow;
 uniform vec3 light, ground_point, ground_normal;
 out vec3 at, turned, own;
 out float value;
 void main() {
-  value = shown == 1 ? length(moved) : shown == 2 ? constant + number : constant;
+  value = shown == 1 ? length(moved) : shown == 2 ? number : 0.0;
+  if (shown == 4) value = length((drift * vec4(point + moved, 1.0)).xyz + mat3(world) * rate);
   vec4 p = world * vec4(point + scale * moved, 1.0);
   turned = mat3(world) * (normal + scale * turn);
   own = color;
@@ -190,16 +198,17 @@ function load_body(gl, array, body) {
     model.shapes = make_texture(gl, array(body.shape_data), 3);
     model.turns = make_texture(gl, array(body.turn_data), 3);
   }
-  if (body.values) {
-    model.value_weights = array(body.value_weights);
-    model.values = make_texture(gl, array(body.value_data), 1);
-  }
-  if (body.shapes || body.values) {
+  if (body.drift) model.drift = array(body.drift);
+  if (body.rates) model.rates = array(body.rates);
+  // What each colour makes of it; the joints' solids have none.
+  model.looks = (body.looks || []).map(look => look.values
+    ? { ...look, weights: array(look.value_weights), texture: make_texture(gl, array(look.value_data), look.parts ? 3 : 1) } : look);
+  if (body.shapes || model.looks.some(look => look.values)) {
     gl.bindVertexArray(model.vertices);
-    model.deformed = make_buffer(gl, gl.ARRAY_BUFFER, new Float32Array(7 * n));
-    for (const [place, width, from] of [[3, 3, 0], [4, 3, 12], [5, 1, 24]]) {
+    model.deformed = make_buffer(gl, gl.ARRAY_BUFFER, new Float32Array(10 * n));
+    for (const [place, width, from] of [[3, 3, 0], [4, 3, 12], [6, 3, 24], [5, 1, 36]]) {
       gl.enableVertexAttribArray(place);
-      gl.vertexAttribPointer(place, width, gl.FLOAT, false, 28, from);
+      gl.vertexAttribPointer(place, width, gl.FLOAT, false, 40, from);
     }
     gl.bindVertexArray(null);
     gl.bindBuffer(gl.ARRAY_BUFFER, null);
@@ -211,20 +220,24 @@ function make_painter(canvas, scene, array) {
   const gl = canvas.getContext('webgl2', { antialias: true, alpha: true, stencil: true, preserveDrawingBuffer: true });
   if (!gl) return null;
   const paint = make_program(gl, vertex_shader, fragment_shader), floor = make_program(gl, ground_vertex, ground_fragment);
-  const deform = make_program(gl, deform_shader, nothing_shader, ['moved', 'turn', 'number']);
+  const deform = make_program(gl, deform_shader, nothing_shader, ['moved', 'turn', 'rate', 'number']);
   gl.vertexAttrib3f(2, -1, 0, 0);  // of what has no colours of its own
   gl.vertexAttrib3f(3, 0, 0, 0);  // and of what does not deform
   gl.vertexAttrib3f(4, 0, 0, 0);
   gl.vertexAttrib1f(5, 0);
+  gl.vertexAttrib3f(6, 0, 0, 0);
   const models = scene.bodies.map(body => load_body(gl, array, body));
   const none = make_texture(gl, new Int16Array(4), 1), none3 = make_texture(gl, new Int16Array(3), 3);
-  const map = gl.createTexture();
-  gl.bindTexture(gl.TEXTURE_2D, map);
   gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
-  const colours = scene.colour ? array(scene.colour.map) : new Uint8Array(3 * 256);
-  gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGB, 256, 1, 0, gl.RGB, gl.UNSIGNED_BYTE, colours);
-  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR);
-  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE);
+  const make_map = colours => {
+    const map = gl.createTexture();
+    gl.bindTexture(gl.TEXTURE_2D, map);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGB, 256, 1, 0, gl.RGB, gl.UNSIGNED_BYTE, colours);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE);
+    return map;
+  };
+  const maps = scene.colours.map(colour => make_map(array(colour.map))), no_map = make_map(new Uint8Array(3 * 256));
   const traces = scene.traces.map(t => ({ ...t, points: array(t.points) }));
   const springs = scene.springs.map(s => ({ ...s, ends: array(s.ends) }));
   const line_vertices = gl.createVertexArray(), line_buffer = gl.createBuffer();
@@ -241,27 +254,31 @@ function make_painter(canvas, scene, array) {
     gl.uniform1i(program.at[name], place);
   }
 
-  // Bodies whose deformation in their buffer is that of another time.
-  function deform_bodies(shown, at) {
-    const late = shown.filter(({ model }) => model.deformed && (model.k !== at.k || model.share !== at.share));
+  // Bodies whose deformation in their buffer is that of another time or colour.
+  function deform_bodies(shown, at, colour) {
+    const late = shown.filter(({ model }) =>
+      model.deformed && (model.k !== at.k || model.share !== at.share || model.colour !== colour));
     if (!late.length) return;
     gl.useProgram(deform.program);
     gl.bindVertexArray(null);
     gl.enable(gl.RASTERIZER_DISCARD);
     for (const { model } of late) {
-      const body = model.body, all = new Float32Array(4 * most_shapes);
+      const body = model.body, look = model.looks[colour] || {}, all = new Float32Array(4 * most_shapes);
       if (body.shapes) blend(model.weights, body.shapes, at).forEach((w, k) => {
         all[4 * k] = w * body.shape_step[k];
         all[4 * k + 1] = w * body.turn_step[k];
       });
-      if (body.values) blend(model.value_weights, body.values, at).forEach((w, k) => { all[4 * k + 2] = w * body.value_step[k]; });
+      if (look.values) blend(look.weights, look.values, at).forEach((w, k) => { all[4 * k + 2] = w * look.value_step[k]; });
+      if (look.shown === 4 && model.rates)
+        blend(model.rates, body.shapes, at).forEach((w, k) => { all[4 * k + 3] = w * body.shape_step[k]; });
       gl.uniform4fv(deform.at.weights, all);
       gl.uniform1i(deform.at.shape_count, body.shapes || 0);
-      gl.uniform1i(deform.at.value_count, body.values || 0);
+      gl.uniform1i(deform.at.value_count, look.values || 0);
+      gl.uniform1i(deform.at.parts, look.parts || 0);
       gl.uniform1i(deform.at.points, body.points);
       bind_texture(deform, 1, 'shapes', model.shapes || none3);
       bind_texture(deform, 2, 'turns', model.turns || none3);
-      bind_texture(deform, 3, 'values', model.values || none);
+      bind_texture(deform, 3, 'values', look.texture || none);
       gl.bindBufferBase(gl.TRANSFORM_FEEDBACK_BUFFER, 0, model.deformed);
       gl.beginTransformFeedback(gl.POINTS);
       gl.drawArrays(gl.POINTS, 0, body.points);
@@ -269,19 +286,24 @@ function make_painter(canvas, scene, array) {
       gl.bindBufferBase(gl.TRANSFORM_FEEDBACK_BUFFER, 0, null);
       model.k = at.k;
       model.share = at.share;
+      model.colour = colour;
     }
     gl.disable(gl.RASTERIZER_DISCARD);
   }
 
+  // look.colour: an index among the scene's colours, -1: its own.
   function draw_body(model, world, look) {
-    const body = model.body;
+    const body = model.body, shown = look.color ? 0 : model.looks[look.colour]?.shown || 0;
     gl.uniformMatrix4fv(paint.at.world, false, world);
     gl.uniform1f(paint.at.scale, look.scale);
     gl.uniform3fv(paint.at.color, look.color || body.color);
     gl.uniform1f(paint.at.opacity, look.opacity);
-    gl.uniform1f(paint.at.constant, body.value || 0);
     gl.uniform1f(paint.at.metallic, body.metallic || 0);
-    gl.uniform1i(paint.at.shown, look.colours && !look.color ? body.shown : 0);
+    gl.uniform1i(paint.at.shown, shown);
+    if (shown === 4) {
+      const d = blend(model.drift, 12, look.at);
+      gl.uniformMatrix4fv(paint.at.drift, false, [...d.slice(0, 3), 0, ...d.slice(3, 6), 0, ...d.slice(6, 9), 0, ...d.slice(9, 12), 0]);
+    }
     gl.uniform1i(paint.at.flat_color, look.color ? 1 : 0);
     gl.bindVertexArray(model.vertices);
     if (look.lines) {
@@ -332,13 +354,14 @@ function make_painter(canvas, scene, array) {
       gl.uniform3fv(paint.at.ground_point, scene.ground.point);
       gl.uniform3fv(paint.at.ground_normal, scene.ground.normal);
     }
-    if (scene.colour) {
-      gl.uniform1f(paint.at.lower, scene.colour.lower);
-      gl.uniform1f(paint.at.upper, scene.colour.upper);
-      gl.uniform1i(paint.at.levels, scene.colour.levels);
-      gl.uniform1i(paint.at.logarithmic, scene.colour.logarithmic ? 1 : 0);
+    const colour = scene.colours[state.colour];
+    if (colour) {
+      gl.uniform1f(paint.at.lower, colour.lower);
+      gl.uniform1f(paint.at.upper, colour.upper);
+      gl.uniform1i(paint.at.levels, colour.levels);
+      gl.uniform1i(paint.at.logarithmic, colour.logarithmic ? 1 : 0);
     }
-    bind_texture(paint, 0, 'map', map);
+    bind_texture(paint, 0, 'map', maps[state.colour] || no_map);
   }
 
   function draw_ground(state, eye) {
@@ -397,7 +420,7 @@ function make_painter(canvas, scene, array) {
       gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
       const eye = camera_matrix(state.camera, canvas.width / canvas.height, scene.shape, state.reach);
       const shown = models.filter(m => m.visible).map(model => ({ model, world: this.body_pose(models.indexOf(model), state.at) }));
-      deform_bodies(shown, state.at);
+      deform_bodies(shown, state.at, state.colour);
       if (state.ground && scene.ground) draw_ground(state, eye);
       set_common(state, eye);
       if (state.ground && scene.ground && !state.rough) draw_shadows(state, shown);
@@ -407,7 +430,7 @@ function make_painter(canvas, scene, array) {
       for (const opaque of [true, false])
         for (const { model, world } of shown) {
           if ((model.body.opacity >= 1) !== opaque) continue;
-          const look = { scale: solid_scale, opacity: model.body.opacity, colours: state.colours };
+          const look = { scale: solid_scale, opacity: model.body.opacity, colour: state.colour, at: state.at };
           if (opaque) draw_body(model, world, look);
           else draw_ghost(model, world, look, state.rough);
           if (opaque && model.creases && !state.plain)
@@ -422,7 +445,8 @@ function make_painter(canvas, scene, array) {
       if (state.ghost && state.scale !== 1)
         for (const { model, world } of shown) {
           if (!model.body.shapes) continue;
-          draw_ghost(model, world, { scale: state.scale, opacity: 0.38 * model.body.opacity, colours: state.colours }, state.rough);
+          const look = { scale: state.scale, opacity: 0.38 * model.body.opacity, colour: state.colour, at: state.at };
+          draw_ghost(model, world, look, state.rough);
         }
       gl.bindVertexArray(null);
     }

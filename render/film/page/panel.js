@@ -67,10 +67,12 @@ function make_plot(output, span, x, y, go, remove) {
   return { draw, move: draw() };
 }
 
-function make_legend(scene, array) {
-  const c = scene.colour;
+// The bar of a colour; none for bodies in their own.
+function make_legend(c, array) {
+  const box = $('legend');
+  box.replaceChildren();
   if (!c) return;
-  const box = $('legend'), canvas = document.createElement('canvas'), map = array(c.map);
+  const canvas = document.createElement('canvas'), map = array(c.map);
   element(box, 'div', {}, `${c.label} [${c.unit}]`);
   const row = element(box, 'div', { class: 'scale' }), marks = element(row, 'div', { class: 'marks' });
   canvas.width = 14;
@@ -94,7 +96,7 @@ function make_legend(scene, array) {
   const canvas = $('view'), span = scene.times.step * (scene.times.count - 1), last = scene.times.first + span;
   const picture = document.querySelector('#stage img');
   const state = {
-    t: scene.times.first, playing: false, speed: scene.speed, scale: scene.scale, ghost: scene.ghost, colours: true, ground: true,
+    t: scene.times.first, playing: false, speed: scene.speed, scale: scene.scale, ghost: scene.ghost, colour: scene.coloured, ground: true,
     camera: { ...scene.camera }, follow: scene.follow, axis: '', cut_at: 0.5, cut_side: false, plain: false, reach: scene.reach, dark: false
   };
   let painter = null;
@@ -109,8 +111,6 @@ function make_legend(scene, array) {
     $('message').textContent = 'This browser cannot draw the scene (WebGL 2): a still picture stands for it.';
     for (const part of document.querySelectorAll('aside details')) part.hidden = part.id !== 'run-part';
     $('run-part').open = true;
-  } else {
-    make_legend(scene, array);
   }
 
   // The camera goes along with a body.
@@ -214,12 +214,21 @@ function make_legend(scene, array) {
     $(id).addEventListener('change', e => { state[key] = e.target.checked; redraw(); });
   };
   bind_flag('ghost', 'ghost');
-  bind_flag('colours', 'colours');
   bind_flag('ground', 'ground');
   bind_flag('cut-side', 'cut_side');
   if (!scene.bodies.some(b => b.shapes)) $('scale').closest('details').hidden = true;
-  $('colours-label').hidden = !scene.colour;
-  if (scene.colour) $('colours-name').textContent = `colours: ${scene.colour.label}`;
+  // Colours: any of the scene's, or the bodies' own (-1).
+  element($('colours'), 'option', { value: -1 }, 'their own');
+  scene.colours.forEach((c, i) => element($('colours'), 'option', { value: i }, c.label));
+  $('colours-label').hidden = !scene.colours.length;
+  function set_colour(i) {
+    $('colours').value = state.colour = i;
+    if (painter) make_legend(scene.colours[i], array);
+    redraw();
+  }
+  $('colours').addEventListener('change', e => set_colour(+e.target.value));
+  const next_colour = () => set_colour((state.colour + 2) % (scene.colours.length + 1) - 1);
+  set_colour(state.colour);
   $('add-label').hidden = scene.outputs.length === 0;
 
   // What the run warns of is told where it is seen.
@@ -308,7 +317,8 @@ function make_legend(scene, array) {
     const c = state.camera, round = v => v.map(x => +x.toPrecision(6)).join(',');
     const hidden = painter ? painter.models.flatMap((m, i) => m.visible ? [] : [i]).join(',') : '';
     const words = { t: +state.t.toPrecision(8), scale: +state.scale.toPrecision(4), ghost: +state.ghost,
-      view: round([...c.position, ...c.target, ...c.up, c.height || 0]), follow: state.follow, hide: hidden };
+      view: round([...c.position, ...c.target, ...c.up, c.height || 0]), follow: state.follow, hide: hidden,
+      colour: scene.colours[state.colour]?.word || 'own' };
     if (state.axis) words.cut = `${state.axis},${state.cut_at},${+state.cut_side}`;
     return '#' + Object.entries(words).map(([k, v]) => `${k}=${v}`).join('&');
   }
@@ -317,6 +327,8 @@ function make_legend(scene, array) {
     const numbers = key => (words.get(key) || '').split(',').filter(x => x !== '').map(Number);
     if (words.has('clean')) { document.body.classList.add('clean'); state.plain = true; state.ground = false; }
     if (words.has('ghost')) $('ghost').checked = state.ghost = words.get('ghost') === '1';
+    const colour = scene.colours.findIndex(c => c.word === words.get('colour'));
+    if (colour >= 0 || words.get('colour') === 'own') set_colour(colour);
     const followed = Number(words.get('follow') || -1);
     if (words.has('follow') && (followed === -1 || scene.bodies[followed]?.kind === 'body')) $('follow').value = state.follow = followed;
     const [axis, at, side] = (words.get('cut') || '').split(',');
@@ -405,7 +417,7 @@ function make_legend(scene, array) {
   const keys = {
     ' ': () => play(!state.playing), ArrowLeft: () => { play(false); go(state.t - scene.times.step); },
     ArrowRight: () => { play(false); go(state.t + scene.times.step); }, ArrowUp: () => faster(1), ArrowDown: () => faster(-1),
-    '+': () => set_scale(state.scale * 1.25 || 1), '-': () => set_scale(state.scale / 1.25), f: fit, g: () => $('ghost').click(),
+    '+': () => set_scale(state.scale * 1.25 || 1), '-': () => set_scale(state.scale / 1.25), f: fit, g: () => $('ghost').click(), c: next_colour,
     t: () => set_theme(!state.dark), l: () => $('link').click(), h: help
   };
   window.addEventListener('keydown', e => {

@@ -130,8 +130,9 @@ def _number(name, value, low, high):
 def simulate(scene, *, accuracy=None, tolerance=None, method=None, estimate_error=True, check_effects=True, progress=None):
     """Simulates a scene (a Scene, a dict, or a file name) and returns Results.
 
-    accuracy        asked error of the outputs relative to their ranges, 1e-9 .. 0.5: tolerance, modes and effects are chosen; excludes
-                    tolerance
+    accuracy        asked error of the outputs relative to their ranges, 1e-9 .. 0.5, or a distance in the pictures of the scene's [render]
+                    table as text, "0.5 px" or "0.1 mm", for every drawn vertex (render/film/README.md; its shares stand in
+                    Results.statistics["picture"]): tolerance, modes and effects are chosen; excludes tolerance
     tolerance       relative local error, 1e-13 .. 0.1, in place of the scene's
     method          auto, adams, bdf, erk, dirk, ida or exponential
     estimate_error  runs the scene once more, looser, and compares (less than half the run's cost)
@@ -141,7 +142,9 @@ def simulate(scene, *, accuracy=None, tolerance=None, method=None, estimate_erro
     Theory: Schiavo et al. 2005, Heckmann et al. 2006 (sim/README.md); how an accuracy is reached: sim/accuracy/README.md. Raises
     InputError for a scene that makes no mechanism, SimulationError where it cannot be integrated. Look at Results.warnings.
     """
-    accuracy, tolerance = _number("accuracy", accuracy, 1e-9, 0.5), _number("tolerance", tolerance, 1e-13, 0.1)
+    if not isinstance(accuracy, str):
+        accuracy = _number("accuracy", accuracy, 1e-9, 0.5)
+    tolerance = _number("tolerance", tolerance, 1e-13, 0.1)
     return _core._simulate(_scene(scene), accuracy, tolerance, method, estimate_error, check_effects, progress)
 
 

@@ -274,7 +274,7 @@ def scene(words: Union[Words, str], name: Path = ..., set: Settings = ...) -> Sc
 def simulate(
     scene: Union[Scene, Words, Path],
     *,
-    accuracy: Optional[float] = None,
+    accuracy: Union[float, str, None] = None,
     tolerance: Optional[float] = None,
     method: Optional[str] = None,
     estimate_error: bool = True,
