@@ -3,7 +3,7 @@ import pathlib
 
 import numpy as np
 from arrays import off, refused, simulate
-from program import finish, temporary_folder
+from program import finish, source, temporary_folder
 from scene_text import joint, output
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
@@ -25,6 +25,10 @@ def rigid(name, mass, inertia, frames=""):
 
 def vector(r, name):
     return np.stack([r[f"{name}.{a}"] for a in "xyz"], 1)
+
+
+def vector_of(rotation):
+    return rotation.as_rotvec().tolist()
 
 
 def words(folder):
@@ -147,6 +151,40 @@ def beams(folder):
     off(Rotation.from_rotvec(vector(turned, "turn")).as_matrix(), wanted, 1e-6, "beam with a turned frame, its rotation")
 
 
+def nodes(folder):
+    """Turned nodes of a body of a file, the world turned as well: a hinge at one end, a mass and a force at the other."""
+    W, P, Q = wall[1], pin[1], Rotation.from_euler("xyz", [0.4, -1.1, 2.0])
+    ends = ("root", "tip")
+
+    def scene(turned):
+        world = W if turned else Rotation.identity()
+        text = head(0.1, f"gravity = {world.apply(g).tolist()}")
+        text += f"[ground]\nframes = {{ wall = {{ rotation = {vector_of(world * P if turned else world)} }} }}\n"
+        text += f'[[body]]\nname = "rod"\nkind = "modal"\nfile = "{(source / "assets/beam/beam.sid").as_posix()}"\n'
+        if turned:
+            text += f'frames = {{ "{ends[0]}" = {{ rotation = {vector_of(P)} }}, "{ends[1]}" = {{ rotation = {vector_of(Q)} }} }}\n'
+        axis = (P.inv().apply([0, 0, 1]) if turned else np.array([0, 0, 1])).tolist()
+        text += joint("hinge", "revolute", "ground.wall", f"rod.{ends[0]}", f"axis = {axis}")
+        text += rigid("mass", 0.5, "[0.001, 0.002, 0.003]", "side = [0, 0.1, 0.05]")
+        text += joint("weld", "weld", f"rod.{ends[1]}", "mass", "" if turned else f"rotation = {vector_of(Q)}")
+        along = Q.inv().apply([0, 1, 0]) if turned else np.array([0, 1, 0])
+        text += f'[[force]]\nkind = "force"\non = "rod.{ends[1]}"\nframe = "body"\ndirection = {along.tolist()}\nvalue = 3\n'
+        text += output("seen", f"rod.{ends[0]}", "position", f'relative_to = "rod.{ends[1]}"')
+        text += output("turn", f"rod.{ends[1]}", "rotation") + output("hold", "hinge", "reaction", 'frame = "child"')
+        return text + output("side", "mass.side", "position") + output("angle", "hinge", "value") + output("q", "rod", "q")
+
+    plain, turned = simulate(folder, scene(False)), simulate(folder, scene(True))
+    off(turned["angle"], plain["angle"], 1e-7, "turned nodes: the hinge")
+    q, same = (np.stack([r[f"q.{k + 1}"] for k in range(18)]) for r in (plain, turned))
+    off(same, q, 1e-6 * np.abs(q).max(), "turned nodes: elastic coordinates")
+    off(vector(turned, "side"), W.apply(vector(plain, "side")), 1e-6, "turned nodes: the mass")
+    off(vector(turned, "seen"), Q.inv().apply(vector(plain, "seen")), 1e-6, "turned nodes: a place seen from one")
+    wanted = (W * Rotation.from_rotvec(vector(plain, "turn")) * Q).as_matrix()
+    off(Rotation.from_rotvec(vector(turned, "turn")).as_matrix(), wanted, 1e-6, "turned nodes: the rotation of one")
+    held = P.inv().apply(vector(plain, "hold"))
+    off(vector(turned, "hold"), held, 1e-5 * np.abs(held).max(), "turned nodes: the reaction in the axes of one")
+
+
 def hooke(folder):
     """A universal joint between shafts along x that stand at 35 degrees: tan(out) = tan(in) / cos(35 deg)."""
     bend, cross = np.radians(35), 'rotation = [0, "90 deg", 0]'
@@ -183,6 +221,15 @@ def wrong(folder):
     beam += "material = { density = 1, youngs_modulus = 1 }\nframes = { middle = %s }\n"
     cases = [("{ rotation = [0, 0, 1] }", ["scene.toml:12", "at"]), ("{ at = 2, rotation = [0, 0, 1] }", ["scene.toml:12", "x/length"])]
     refused(folder, lambda case: beam % case, cases)
+    modal = head(1) + f'[[body]]\nname = "b"\nkind = "modal"\nfile = "{(source / "assets/beam/beam.sid").as_posix()}"\nframes = %s\n'
+    modal += joint("weld", "weld", "ground", "b")
+    cases = [
+        ('{ "node[99]" = { rotation = [0, 0, 1] } }', ["scene.toml:6", "'frames' turns", "node[99]", "it has"]),
+        ('{ "node[1]" = { position = [0, 0, 1] } }', ["scene.toml:10", "frames.node[1]", "must say the rotation"]),
+        ('{ "node[1]" = { at = 1, rotation = [0, 0, 1] } }', ["scene.toml:10", "rotation", "allowed"]),
+        ('{ "node[1]" = [0, 0, 1] }', ["scene.toml:10", "node[1]", "table"]),
+    ]
+    refused(folder, lambda case: modal % case, cases)
 
 
 with temporary_folder() as name:
@@ -191,6 +238,7 @@ with temporary_folder() as name:
     pendulum(folder)
     forces(folder)
     beams(folder)
+    nodes(folder)
     hooke(folder)
     wrong(folder)
 finish()
