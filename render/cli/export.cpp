@@ -75,7 +75,8 @@ nlohmann::ordered_json export_vtk(const ResultsJob& job, double scale, const fs:
   // Stress comes with the surfaces of bodies that know it; those that do not are none to warn of.
   const bool plain = settings.color_by != film::ColorBy::strain && settings.color_by != film::ColorBy::mode;
   const bool asked = settings.color_by == film::ColorBy::stress;
-  if (plain && std::any_of(job.results.bodies.begin(), job.results.bodies.end(), film::knows_stress)) settings.color_by = film::ColorBy::stress;
+  if (plain && std::any_of(job.results.bodies.begin(), job.results.bodies.end(), film::knows_stress))
+    settings.color_by = film::ColorBy::stress;
   film::Animation animation = film::make_animation(job.results, settings, job.scene ? &*job.scene : nullptr);
   const auto about_colors = [&](const std::string& text) { return !asked && text.find("not coloured by stress") != std::string::npos; };
   std::erase_if(animation.warnings, about_colors);

@@ -17,8 +17,8 @@ namespace flexframe::film {
 struct PageReport {
   int pictures = 0, bodies = 0;
   std::size_t triangles = 0;
-  double error = 0.0;        // m, largest distance of a vertex from where it is drawn, in scale
-  double value_error = 0.0;  // of the colours, as a share of their range
+  double error = 0.0;               // m, largest distance of a vertex from where it is drawn, in scale
+  double value_error = 0.0;         // of the colours, as a share of their range
   std::vector<std::string> colors;  // what bodies can be coloured by, as color_by says it
   std::vector<std::string> notes;
 };

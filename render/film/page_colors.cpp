@@ -79,8 +79,8 @@ double add_motion_rates(const Animation& animation, const Colors& colors, int b,
   if (!rates.empty()) out["rates"] = block.add(rates);
   double worst = 0.0;
   for (int i = 0; i < looked_at; ++i)
-    worst = std::max(worst, speed_error(animation, colors, b, basis, static_cast<int>(static_cast<long>(i) * (animation.count - 1) /
-                                                                                      (looked_at - 1))));
+    worst = std::max(
+        worst, speed_error(animation, colors, b, basis, static_cast<int>(static_cast<long>(i) * (animation.count - 1) / (looked_at - 1))));
   return worst;
 }
 
@@ -103,7 +103,8 @@ double stress_error(const Animation& animation, const Colors& colors, int b, con
 
 // The numbers of one colour as shapes and weights. Returns what they miss.
 double add_values(const Animation& animation, const Colors& colors, int b, PageBlock& block, Json& look) {
-  const VectorBasis vectors = colors.settings.color_by == ColorBy::stress ? make_stress_basis(animation, colors.settings, b) : VectorBasis();
+  const VectorBasis vectors =
+      colors.settings.color_by == ColorBy::stress ? make_stress_basis(animation, colors.settings, b) : VectorBasis();
   const ShapeBasis basis = vectors.width > 0 ? vectors.basis : make_value_basis(animation, colors.settings, b);
   look["shown"] = 0;
   if (basis.largest < 0.0) return 0.0;

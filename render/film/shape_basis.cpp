@@ -136,8 +136,8 @@ ShapeBasis make_value_basis(const Animation& animation, const RenderSettings& se
   std::vector<float> vertex_values, values;
   const auto update = [&](int picture) {
     if (model.flexible) displacement_at(animation, body, picture, memory);
-    update_scalars({model, *animation.results, static_cast<size_t>(body), settings}, picture_time(animation, picture), memory,
-                   work, vertex_values);
+    update_scalars({model, *animation.results, static_cast<size_t>(body), settings}, picture_time(animation, picture), memory, work,
+                   vertex_values);
     values.clear();
     if (vertex_values.empty()) return;
     // Not a number where nothing is known: no shape can hold that.

@@ -371,8 +371,8 @@ r["slider.x"] is a column of the histories, (nt,); r["slider"] all columns of an
           "statistics", &statistics,
           R"(Method, tolerance, counts of the solver, estimated error, CPU time; of an asked accuracy its parts and what was chosen.
 
-Of a distance in pictures (accuracy="0.5 px") also "picture": the largest distance "total" of those "allowed" and its shares "time", "space",
-"effects", "map", "samples", "raster", all in "unit" (px or m), and the "body" where it is largest.)")
+Of a distance in pictures (accuracy="0.5 px") also "picture": the largest distance "total" of those "allowed" and its shares "time",
+"space", "effects", "map", "samples", "raster", all in "unit" (px or m), and the "body" where it is largest.)")
       .def_property_readonly(
           "warnings", [](const sim::Results& r) { return r.statistics.notes.texts(sim::Severity::warning); },
           "What may be wrong by more than was asked, one sentence each.")

@@ -688,7 +688,19 @@ def documented():
             expect(text.strip() != "" and not text.strip().endswith(f"-> {member}"), f"{name}.{member} has no docstring")
 
 
-for test in (scenes, simulate_and_draw, kernel_map, reduce_bodies, study, sweep, drive, interrupts, accuracy_of_pictures, strangers, documented):
+for test in (
+    scenes,
+    simulate_and_draw,
+    kernel_map,
+    reduce_bodies,
+    study,
+    sweep,
+    drive,
+    interrupts,
+    accuracy_of_pictures,
+    strangers,
+    documented,
+):
     begin = time.time()
     test()
     print(f"{test.__name__}: {time.time() - begin:.1f} s", flush=True)

@@ -13,6 +13,7 @@ import sys
 
 import h5py
 import numpy as np
+import scipy.spatial
 
 from program import examples, expect, finish, near, run, temporary_folder
 
@@ -106,6 +107,75 @@ def check_deformation(scene, array, results, name, node):
     near(np.abs(found - truth).max() / size, 0, 5e-3, f"displacement of {name} at node {node} / its largest")
 
 
+def matrix(q):
+    x, y, z, w = q
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def value_of(array, body, look, k, rest, moved):
+    """What a body's points are coloured by at picture k, as the page's shaders make it."""
+    shown = look["shown"]
+    if shown == 1:
+        return np.linalg.norm(moved, axis=1)
+    if shown == 2:
+        n, count = body["points"], look["values"]
+        width = 3 * look.get("parts", 0) or 1
+        weights = array(look["value_weights"]).reshape(-1, count)[k] * np.array(look["value_step"])
+        return np.linalg.norm(np.tensordot(weights, array(look["value_data"]).reshape(count, n, width), axes=1), axis=1)
+    if shown == 4:
+        drift = array(body["drift"]).reshape(-1, 4, 3)[k]
+        v = (rest + moved) @ drift[:3] + drift[3]
+        if "rates" in body:
+            weights = array(body["rates"]).reshape(-1, body["shapes"])[k] * np.array(body["shape_step"])
+            rate = np.tensordot(weights, array(body["shape_data"]).reshape(body["shapes"], -1, 3), axes=1)
+            v = v + rate @ matrix(array(body["rotation"]).reshape(-1, 4)[k]).T
+        return np.linalg.norm(v, axis=1)
+    return np.zeros(len(rest))
+
+
+def check_colours(scene, array, vtk):
+    """Every colour at five pictures against the point data of the export for ParaView, point by point."""
+    words = [c["word"] for c in scene["colours"]]
+    expect(words == ["displacement", "stress", "velocity"] and scene["coloured"] == 0, f"colours to choose from: {words}")
+    flexible = {b["name"] for b in scene["bodies"] if "shapes" in b}
+    bodies = [b for b in scene["bodies"] if b["kind"] == "body"]
+    worst = dict.fromkeys(words, 0.0)
+    with h5py.File(vtk) as file:
+        root = file["VTKHDF"]
+        n, count = root["NumberOfPoints"][0], scene["times"]["count"]
+        expect(root["Steps"].attrs["NSteps"] == count, "as many steps as pictures")
+        for k in range(0, count, count // 4):
+            points = root["Points"][k * n : (k + 1) * n]
+            data = {word: root["PointData"][word][k * n : (k + 1) * n] for word in words}
+            data = {word: np.linalg.norm(d.reshape(n, -1), axis=1) for word, d in data.items()}
+            for body in bodies:
+                rest = np.array(body["rest_low"]) + array(body["rest"]).reshape(-1, 3) * np.array(body["rest_step"])
+                moved = deformed(array, body, k) if "shapes" in body else np.zeros_like(rest)
+                place = array(body["position"]).reshape(-1, 3)[k]
+                world = (rest + moved) @ matrix(array(body["rotation"]).reshape(-1, 4)[k]).T + place
+                away, at = scipy.spatial.cKDTree(points).query(world)
+                near(away.max(), 0, 1e-5, f"{body['name']}, picture {k}: points of the page and of the export")
+                for word, look in zip(words, body["looks"]):
+                    expect(
+                        (look["shown"] > 0) == (word == "velocity" or body["name"] in flexible),
+                        f"{body['name']} by {word}: {look['shown']}",
+                    )
+                    if look["shown"]:
+                        # Bodies touch: of points at one place any may be the other's.
+                        other = np.array([data[word][i] for i in scipy.spatial.cKDTree(points).query(world, 8)[1].T])
+                        close = np.linalg.norm(points[scipy.spatial.cKDTree(points).query(world, 8)[1].T] - world, axis=2) < 1e-4
+                        off = np.where(close, np.abs(other - value_of(array, body, look, k, rest, moved)), np.inf).min(axis=0)
+                        worst[word] = max(worst[word], off.max())
+    for word, c in zip(words, scene["colours"]):
+        near(worst[word] / c["upper"], 0, 0.01, f"{word}: colours of the page against the export / range")
+
+
 def silhouette(png):
     """True where a picture on white or nothing shows something."""
     pixels = subprocess.run(
@@ -166,8 +236,25 @@ def check_browser(folder, scene_file):
     expect(text.count("</dl>") == 1, "one summary")
     warned.write_text(text.replace("</dl>", '<dt>warning</dt><dd class="warning">one</dd></dl>'), encoding="utf-8")
     dom = in_browser(browser, f"file://{warned}#t=none&scale=x&follow=99&cut=q,1&view=1,2", folder / "warned.png")
-    expect(re.search(r'<button id="warned"[^>]*>1 warning</button>', dom), "the head counts the warnings")
+    # Where no font has the title's letters the page says so too.
+    count = text.count('class="warning"') + 1
+    words = "1 warning" if count == 1 else f"{count} warnings"
+    expect(re.search(rf'<button id="warned"[^>]*>{words}</button>', dom), f"the head counts the warnings: {words}")
     expect('<button id="warned" title="What the run warns of">' in dom, "and shows the count")
+    # Colours: each draws something else, with its own bar; a word that is none leaves the scene's.
+    shots = {}
+    for word, bar in {
+        "own": "",
+        "displacement": "elastic displacement",
+        "stress": "stress",
+        "velocity": "speed",
+        "none": "elastic",
+    }.items():
+        dom = in_browser(browser, f"file://{folder}/page.html#colour={word}&ghost=0&t=0.4", folder / f"{word}.png")
+        shots[word] = (folder / f"{word}.png").read_bytes()
+        legend = re.search(r'<div id="legend">(.*?)</div>', dom, re.S).group(1)
+        expect(bar in legend and (word == "own") == (legend == ""), f"bar of the colour '{word}': {legend}")
+    expect(len(set(shots.values())) == 4 and shots["none"] == shots["displacement"], "each colour draws another picture")
     in_browser(browser, f"file://{folder}/page.html#scale=0&ghost=0&t=0.4", folder / "flat.png")
     expect((folder / "scaled.png").read_bytes() != (folder / "flat.png").read_bytes(), "exaggeration changes the picture")
 
@@ -191,6 +278,15 @@ with temporary_folder() as name:
         check_deformation(scene, array, results, "rod", 2)  # its middle
         expect(len(scene["outputs"]) == results["outputs"]["columns"].shape[0], "every output can be plotted")
     expect(done["error"] < 5e-3 * done["largest_displacement"], f"vertices within {done['error']} m")
+    run("export", folder / "r.h5", "--to", "vtkhdf", "-o", folder / "r.vtkhdf")
+    check_colours(scene, array, folder / "r.vtkhdf")
+    expect(done["colors"] == ["displacement", "stress", "velocity"] and done["value_error"] < 0.05, f"colours as told: {done}")
+    speed = json.loads(run("export", folder / "r.h5", "--to", "html", "-o", folder / "v.html", "--color-by", "velocity", "--json").stdout)
+    expect(speed["colors"] == ["velocity", "displacement", "stress"], f"the scene's own colour comes first: {speed['colors']}")
+    _, other, _ = read_page(folder / "v.html")
+    for c in scene["colours"]:
+        twin = next(d for d in other["colours"] if d["word"] == c["word"])
+        expect([twin[k] for k in ("lower", "upper", "unit")] == [c[k] for k in ("lower", "upper", "unit")], f"one range of {c['word']}")
     run("export", folder / "r.h5", "--to", "html", "-o", folder / "again.html")
     expect((folder / "page.html").read_bytes() == (folder / "again.html").read_bytes(), "the same page again")
 

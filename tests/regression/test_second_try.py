@@ -508,7 +508,9 @@ def bifilar(folder):
     text += ground(f"a = [{c}, 0, {L}], b = [{-c}, 0, {L}]") + rigid("rod", m, f"[1e-4, {J}, {J}]", f"a = [{c}, 0, 0], b = [{-c}, 0, 0]")
     turn = math.radians(5)
     text += joint("all", "free", "ground", "rod", f"initial = {{ guess = [0, 0, 0.001, 0, 0, {turn:.4g}] }}")
-    text += joint("left", "distance", "ground.a", "rod.a", f"length = {L}") + joint("right", "distance", "ground.b", "rod.b", f"length = {L}")
+    text += joint("left", "distance", "ground.a", "rod.a", f"length = {L}") + joint(
+        "right", "distance", "ground.b", "rod.b", f"length = {L}"
+    )
     h = simulate(folder, "bifilar", text + output("turn", "rod", "rotation"))
     start = h["turn.z"][0]
     expect(abs(start - turn) < 0.02, f"it starts turned by {start} rad")

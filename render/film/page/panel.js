@@ -417,7 +417,8 @@ function make_legend(c, array) {
   const keys = {
     ' ': () => play(!state.playing), ArrowLeft: () => { play(false); go(state.t - scene.times.step); },
     ArrowRight: () => { play(false); go(state.t + scene.times.step); }, ArrowUp: () => faster(1), ArrowDown: () => faster(-1),
-    '+': () => set_scale(state.scale * 1.25 || 1), '-': () => set_scale(state.scale / 1.25), f: fit, g: () => $('ghost').click(), c: next_colour,
+    '+': () => set_scale(state.scale * 1.25 || 1), '-': () => set_scale(state.scale / 1.25), f: fit,
+    g: () => $('ghost').click(), c: next_colour,
     t: () => set_theme(!state.dark), l: () => $('link').click(), h: help
   };
   window.addEventListener('keydown', e => {
