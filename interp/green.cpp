@@ -7,6 +7,7 @@
 
 #include <Eigen/SparseCholesky>
 
+#include <algorithm>
 #include <memory>
 #include <vector>
 
@@ -54,6 +55,12 @@ Green solve_green(const Eigen::SparseMatrix<double>& stiffness, const Eigen::Spa
     const Mat3 block = inverse.block<3, 3>(3 * i, 3 * i);
     const Eigen::MatrixXd scaled = block.inverse() * green.leave_one_out.middleRows(3 * i, 3);
     green.leave_one_out.middleRows(3 * i, 3) = scaled;
+  }
+  // The nodes' stiffness is the inverse less beta. Its softest six are rigid.
+  constexpr Eigen::Index rigid = 6, softest = 6;
+  if (turned.empty() && n > rigid) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(0.5 * (inverse + inverse.transpose()));
+    green.soft = modes.eigenvectors().middleCols(rigid, std::min(softest, n - rigid));
   }
   return green;
 }

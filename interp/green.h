@@ -17,6 +17,7 @@ struct Green {
   Eigen::MatrixXd displacement;   // 3 P x 3 N: wanted points against the nodes' displacements
   Eigen::MatrixXd rotation;       // 3 P x 3 N: against the nodes' rotations, or empty
   Eigen::MatrixXd leave_one_out;  // 3 N x 3 N
+  Eigen::MatrixXd soft;           // 3 N x at most 6: motions of the nodes that cost the least energy beside rigid ones; none with rotations
 };
 
 // K n x n symmetric, positive semidefinite; B rows x n: first 3 N rows displacements of the nodes, then rows of rotations for the nodes in

@@ -1,5 +1,6 @@
 #include "interp/partition.h"
 
+#include "interp/elastic.h"
 #include "interp/parallel.h"
 #include "interp/watch.h"
 
@@ -324,6 +325,19 @@ SparseWeights make_rows(const RowMaker& maker, int count, int threads, Guard& gu
   return w;
 }
 
+// Of the welded vertices: the sum of their faces', whose length is twice their area; all outward, however the faces are given.
+Points vertex_normals(const Weld& weld) {
+  Points normals = Points::Zero(weld.positions.rows(), 3);
+  const std::vector<int> sign = outward_signs(weld.positions, weld.triangles);
+  for (Eigen::Index t = 0; t < weld.triangles.rows(); ++t) {
+    const Eigen::Vector3i c = weld.triangles.row(t).transpose();
+    const Vec3 a = weld.positions.row(c[0]).transpose(), b = weld.positions.row(c[1]).transpose();
+    const Vec3 normal = sign[t] * (b - a).cross(Vec3(weld.positions.row(c[2]).transpose()) - a);
+    for (int k = 0; k < 3; ++k) normals.row(c[k]) += normal.transpose();
+  }
+  return normals;
+}
+
 }  // namespace
 
 struct PartitionMaker::Covered {
@@ -346,6 +360,18 @@ const PartitionMaker::Covered& PartitionMaker::cover_by(int patch_nodes) {
   return *found;
 }
 
+bool PartitionMaker::looks_like_sheet(const Patch& patch, std::span<const int> vertices) const {
+  // Steeper than this (70 degrees) the wall stands; a tenth of the area may, such as the wall's own rim.
+  constexpr double least = 0.34, standing = 0.1;
+  double all = 0.0, steep = 0.0;
+  for (const int v : vertices) {
+    const double area = normals_.row(v).norm();
+    all += area;
+    if (std::abs(normals_.row(v).dot(patch.frame.col(2).transpose())) < least * area) steep += area;
+  }
+  return all > 0.0 && steep < standing * all;
+}
+
 Partition PartitionMaker::make(const PartitionOptions& options, std::span<const int> vertices, std::span<const Repair> start) {
   Partition out;
   const int count = static_cast<int>(nodes_.rows());
@@ -358,7 +384,8 @@ Partition PartitionMaker::make(const PartitionOptions& options, std::span<const 
   std::vector<Patch> patches(number);
   std::vector<Repair> repair(number, Repair::none);
   if (start.size() == number) repair.assign(start.begin(), start.end());
-  std::vector<char> stale(number, 1);
+  std::vector<char> stale(number, 1), sheet(number, 0);
+  if (options.sheets && normals_.rows() == 0) normals_ = vertex_normals(weld_);
   std::vector<int> director;
   int sources = count;
   for (int pass = 0;; ++pass) {
@@ -368,7 +395,11 @@ Partition PartitionMaker::make(const PartitionOptions& options, std::span<const 
         if (!stale[i]) continue;
         std::vector<int> evaluated;
         for (const Share& s : cover.share[i]) evaluated.push_back(s.vertex);
-        patches[i] = make_patch(nodes_, cover.node[i], weld_.positions, evaluated, options.kernel, repair[i]);
+        PatchKind kind{options.kernel, repair[i]};
+        patches[i] = make_patch(nodes_, cover.node[i], weld_.positions, evaluated, kind);
+        kind.sheet = options.sheets && patches[i].directions == 3 && looks_like_sheet(patches[i], evaluated);
+        if (kind.sheet) patches[i] = make_patch(nodes_, cover.node[i], weld_.positions, evaluated, kind);
+        sheet[i] = kind.sheet;
         if (!options.arms) patches[i].arm = 0.0;
       }
     });
@@ -405,6 +436,7 @@ Partition PartitionMaker::make(const PartitionOptions& options, std::span<const 
     if (!any) break;
   }
   for (const Repair r : repair) out.repaired += r != Repair::none;
+  out.sheets = static_cast<int>(std::count(sheet.begin(), sheet.end(), 1));
 
   if (!options.rotations)
     for (const int i : out.lift.director_node)

@@ -23,7 +23,9 @@ struct Partition {
   int lebesgue_vertex = -1;  // welded
   int patches = 0;
   int repaired = 0;             // patches that were simplified
+  int sheets = 0;               // patches seen as a curved wall
   std::vector<Repair> repairs;  // of each patch
+  Eigen::MatrixXd soft;         // of an elastic surface: Green::soft
 };
 
 struct PartitionOptions {
@@ -31,6 +33,7 @@ struct PartitionOptions {
   int patch_nodes = 24;    // <= 0: one patch of all nodes
   bool rotations = false;  // given with the data
   bool arms = true;        // rigid arms along dropped directions; without them vertices follow the nodes' plane
+  bool sheets = false;     // patches whose faces look along their third direction are walls: seen along it, vertices beside on arms
   double lebesgue_limit = 10.0;
   bool precise = false;
   int threads = 1;
@@ -49,11 +52,14 @@ class PartitionMaker {
  private:
   struct Covered;
   const Covered& cover_by(int patch_nodes);
+  // Whether the faces around a patch look along its third direction, nearly all.
+  bool looks_like_sheet(const Patch& patch, std::span<const int> vertices) const;
 
   const Weld& weld_;
   const Graph& graph_;
   const Points& nodes_;
   std::map<int, std::unique_ptr<Covered>> covered_;  // by nodes a patch
+  Points normals_;                                   // of the welded vertices, where sheets were asked for
 };
 
 // One partition, of all vertices.

@@ -3,6 +3,7 @@
 #include "interp/dense_solvers.h"
 #include "interp/watch.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -62,10 +63,11 @@ Vec3 coordinates(const Patch& patch, const Vec3& x) {
 }  // namespace
 
 Patch make_patch(const Points& nodes, std::span<const int> chosen, const Points& vertices, std::span<const int> evaluated,
-                 KernelType kernel, Repair repair) {
+                 const PatchKind& kind) {
   Patch patch;
+  const Repair repair = kind.repair;
   patch.node.assign(chosen.begin(), chosen.end());
-  patch.kernel = kernel;
+  patch.kernel = kind.kernel;
   patch.repair = repair;
   const auto k = static_cast<Eigen::Index>(chosen.size());
   for (const int i : chosen) patch.origin += nodes.row(i).transpose();
@@ -92,6 +94,7 @@ Patch make_patch(const Points& nodes, std::span<const int> chosen, const Points&
   for (int d = 0; d < 3; ++d)
     if (patch.directions == d && k > d + 1 && node_extent[d] > least * node_extent[0] && node_extent[d] >= extent[d] / 3.0)
       ++patch.directions;
+  if (kind.sheet) patch.directions = std::min(patch.directions, 2);
   // Nodes that extend in one direction always span it: a line is better than a point.
   if (patch.directions == 0 && k > 1 && node_extent[0] > 0.0) patch.directions = 1;
   if (!(patch.scale > 0.0)) patch.scale = 1.0;

@@ -39,9 +39,15 @@ struct Patch {
   double arm = 0.0;                  // largest |delta_i| over the vertices, m: 0 if no arm is needed
 };
 
+struct PatchKind {
+  KernelType kernel = KernelType::cubic;
+  Repair repair = Repair::none;
+  bool sheet = false;  // two directions at most: the nodes are those of a curved wall, seen along the third
+};
+
 // nodes: all merged nodes; chosen: those of the patch; vertices: what the patch is evaluated at (decides extents).
 Patch make_patch(const Points& nodes, std::span<const int> chosen, const Points& vertices, std::span<const int> evaluated,
-                 KernelType kernel, Repair repair);
+                 const PatchKind& kind);
 
 // Weights W_i at x, into k doubles; scratch is reused memory.
 void patch_weights(const Patch& patch, const Vec3& x, Eigen::VectorXd& scratch, Eigen::Ref<Eigen::VectorXd> weights);

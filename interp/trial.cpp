@@ -1,6 +1,7 @@
 #include "interp/trial.h"
 
 #include "interp/dense_solvers.h"
+#include "interp/elastic.h"
 #include "interp/watch.h"
 
 #include <algorithm>
@@ -113,13 +114,30 @@ Sample sample_faces(const Weld& weld) {
   return sample;
 }
 
+// A wall far thinner than its nodes' spacing, or a surface without thickness: it may be seen along its normal.
+bool thin_wall(const Weld& weld, Eigen::Index nodes) {
+  const Solidity solidity = measure_solidity(weld.positions, weld.triangles);
+  const double spacing = std::sqrt(solidity.area / static_cast<double>(nodes));
+  return !solidity.closed || 2.0 * std::abs(solidity.volume) < 0.3 * spacing * solidity.area;
+}
+
 }  // namespace
 
-Partition make_tried_partition(const Weld& weld, const Graph& graph, const Points& nodes, const PartitionOptions& options) {
+Partition make_tried_partition(const Weld& weld, const Graph& graph, const Points& nodes, const PartitionOptions& given) {
   PartitionMaker maker(weld, graph, nodes);
   // On a large mesh some of its faces decide; the map of all of them is made once.
   const Sample sample = sample_faces(weld);
   const bool sampled = !sample.vertices.empty();
+  const auto wrong = [&](const Partition& p) {
+    const TrialError e = trial_error(sampled ? sample.weld : weld, nodes, Lift(p.lift), p.weights);
+    return e.displacement + e.normals;
+  };
+  PartitionOptions options = given;
+  if (weld.triangles.rows() > 0 && thin_wall(weld, nodes.rows())) {
+    options.sheets = true;
+    const Partition walls = maker.make(options, sample.vertices);
+    options.sheets = walls.sheets > 0 && wrong(walls) < wrong(maker.make(given, sample.vertices));
+  }
   Partition best = maker.make(options, sample.vertices), whole;
   if (sampled && best.repaired == 0) {
     whole = maker.make(options);
@@ -127,10 +145,6 @@ Partition make_tried_partition(const Weld& weld, const Graph& graph, const Point
     best = maker.make(options, sample.vertices, whole.repairs);
   }
   if (best.repaired == 0 || weld.triangles.rows() == 0) return best;
-  const auto wrong = [&](const Partition& p) {
-    const TrialError e = trial_error(sampled ? sample.weld : weld, nodes, Lift(p.lift), p.weights);
-    return e.displacement + e.normals;
-  };
   double least = wrong(best);
   PartitionOptions chosen = options;
   // Errors of the nodes may grow five times as much as the limit for the sake of a shape that is right.

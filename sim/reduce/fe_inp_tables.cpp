@@ -144,7 +144,6 @@ bool harmless(const std::string& k) {
                                               "END STEP",
                                               "DASHPOT",
                                               "FRICTION",
-                                              "DAMPING",
                                               "TIME POINTS",
                                               "TRANSVERSE SHEAR STIFFNESS",
                                               "HOURGLASS STIFFNESS"};
@@ -192,6 +191,11 @@ std::string InpTableReader::need(const char* key) const {
 void InpTableReader::in_step() {
   if (k.name == "STEP") ++step;
   if (k.name == "END STEP") ended = true;
+  if (k.name == "MODEL CHANGE" && k.has("REMOVE") && !up("TYPE").starts_with("CONTACT") && told.insert("*MODEL CHANGE").second)
+    deck.warnings.push_back(
+        fmt::format("{}: *MODEL CHANGE, REMOVE of a step is passed over: the body has all elements; take those out of the deck that are "
+                    "not to be in it",
+                    where(at)));
   skip = k.name != "BOUNDARY";
   if (skip) return;
   if (step > 1 || ended) {
@@ -301,6 +305,10 @@ bool InpTableReader::material_word() {
     material();
   } else if (w == "INITIAL CONDITIONS") {
     skip = up("TYPE") != "TEMPERATURE";
+    if (up("TYPE") == "STRESS")
+      deck.warnings.push_back(fmt::format(
+          "{}: *INITIAL CONDITIONS, TYPE=STRESS is passed over: the body is stiff as without that stress; forces of the scene stiffen it",
+          where(at)));
   } else if (w == "SURFACE INTERACTION") {
     interaction = up("NAME");
     skip = true;
@@ -430,6 +438,8 @@ void InpTableReader::other_word() {
   if (refusal != refused_words().end()) return refuse(fmt::format("*{} cannot be read: {}", k.name, refusal->second));
   skip = true;
   if (harmless(k.name) || !told.insert("*" + k.name).second) return;
+  if (k.name == "DAMPING")
+    return deck.notes.push_back(fmt::format("{}: *DAMPING is left out: damping comes with --damping, or from the scene", where(at)));
   if (beyond_linear(k.name)) return deck.notes.push_back(fmt::format("{}: *{} is ignored", where(at), k.name));
   if (k.name == "NORMAL")
     return deck.warnings.push_back(

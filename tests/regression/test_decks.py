@@ -353,6 +353,14 @@ with temporary_folder() as name:
     answer = run("reduce", put("deck.inp", bad), "-o", folder / "body.sid", code=2).stderr
     for words in ("*TIE", "mesh it with solids or shells", "*NCOPY"):
         expect(words in answer and answer.count("deck.inp:") >= 3, f"refusals: {answer}")
+    # What a deck says beside the linear structure is told, not passed over in silence.
+    beside = plain.replace("*DENSITY", "*DAMPING, ALPHA=10.\n*DENSITY") + "*INITIAL CONDITIONS, TYPE=STRESS\n1, 1, 1e8, 0, 0, 0, 0, 0\n"
+    beside += "*STEP\n*STATIC\n*BOUNDARY\nROOT, 1, 3\n*MODEL CHANGE, TYPE=ELEMENT, REMOVE\n4\n*END STEP\n"
+    told = reduce(put("deck.inp", beside))
+    for words in ("TYPE=STRESS", "*MODEL CHANGE, REMOVE"):
+        expect(any(words in w for w in told["warnings"]), f"{words}: {told['warnings']}")
+    expect(any("*DAMPING" in n for n in told["notes"]), f"*DAMPING: {told['notes']}")
+
     # What is missing is named with the option that gives it; all of it.
     bare = plain.replace("*DENSITY\n7850\n", "").replace("*ELASTIC\n2.1e11, 0.3\n", "")
     answer = run("reduce", put("deck.inp", bare), "-o", folder / "body.sid", code=2).stderr

@@ -93,6 +93,55 @@ TEST(InterpThin, NodesOnOneFace) {
   }
 }
 
+// A sheet rolled to an arc round x, 1 m long, two faces 5 mm apart; p: along, angle, height above the middle of radius r.
+struct Arc {
+  double angle, radius;
+  Points place(const Points& p) const {
+    Points x(p.rows(), 3);
+    for (Eigen::Index i = 0; i < p.rows(); ++i)
+      x.row(i) << p(i, 0), (radius + p(i, 2)) * std::sin(p(i, 1)), (radius + p(i, 2)) * std::cos(p(i, 1));
+    return x;
+  }
+  // Bending without stretch of the middle (Rayleigh): radial cos(n angle), the normals follow.
+  Points motion(const Points& p, double n) const {
+    Points u(p.rows(), 3);
+    for (Eigen::Index i = 0; i < p.rows(); ++i) {
+      const double f = p(i, 1), radial = std::cos(n * f), tangential = -std::sin(n * f) / n;
+      const double along = tangential - p(i, 2) * (-n * std::sin(n * f) - tangential) / radius;
+      u.row(i) << 0.0, radial * std::sin(f) + along * std::cos(f), radial * std::cos(f) - along * std::sin(f);
+    }
+    return u;
+  }
+  // Relative error of the displacements by nodes across x columns times rows, on the outer face.
+  double error(const Points& flat, const Body& body, int columns, int rows, double n, Scheme& scheme) const {
+    Points at(columns * rows, 3);
+    for (int k = 0; k < columns * rows; ++k)
+      at.row(k) << static_cast<double>(k % columns) / (columns - 1), angle * (static_cast<double>(k / columns) / (rows - 1) - 0.5), 0.0025;
+    Nodes nodes;
+    nodes.positions = place(at);
+    const Map map = make_precise(nodes, body, scheme);
+    scheme = map.report.scheme;
+    const Points truth = motion(flat, n);
+    return (apply_linear(map, motion(at, n), none) - truth).norm() / truth.norm();
+  }
+};
+
+// Curved walls: with enough nodes the kernel sees them along their normal (3 % and more when it took the slope across the wall from nodes
+// on a curve); with few, the elastic surface knows how they bend.
+TEST(InterpThin, CurvedWalls) {
+  for (const double turn : {2.0, 5.0}) {
+    const Arc arc{turn, turn > 3.0 ? 0.2 : 0.5};
+    Body body = make_blocks(lines(0.0, 1.0, 12), lines(-turn / 2, turn / 2, 40), {-0.0025, 0.0025}, [](int, int, int) { return true; });
+    const Points flat = body.v;
+    body.v = arc.place(flat);
+    Scheme scheme = Scheme::kernel;
+    if (turn < 3.0) EXPECT_LE(arc.error(flat, body, 8, 15, 3.0, scheme), 0.01);
+    scheme = Scheme::automatic;
+    EXPECT_LE(arc.error(flat, body, 4, 6, 2.0, scheme), 0.05) << turn;
+    if (turn > 3.0) EXPECT_EQ(scheme, Scheme::elastic);
+  }
+}
+
 // Faces that look the wrong way, faces twice and faces between vertices far apart leave the map as it is.
 TEST(InterpThin, BadFacesChangeNothing) {
   const FeBody fork = read_fe_body("fork");

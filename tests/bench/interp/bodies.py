@@ -340,6 +340,60 @@ def thin_shell(count, where="middle", seed=1, thickness=0.005):
     return Case(f"thin shell, {where}", place(v), t, place(flat), fields)
 
 
+def thin_tube(count, where="middle", seed=1, thickness=0.004, length=0.8, radius=0.2):
+    """Tube with two faces which goes oval without stretch of its middle surface, alike along it (Rayleigh) and growing (Love), n = 2, 3."""
+    around, along_ = 72, 40
+    phi = 2 * np.pi * np.arange(around) / around
+    vertices, triangles = [], []
+    for side in (-0.5, 0.5):
+        for i in range(along_ + 1):
+            vertices += [(length * i / along_, p, side * thickness) for p in phi]
+
+    def at(side, i, k):
+        return (side * (along_ + 1) + i) * around + k % around
+
+    for k in range(around):
+        for i in range(along_):
+            for side in (0, 1):
+                q = [at(side, i, k), at(side, i + 1, k), at(side, i + 1, k + 1), at(side, i, k + 1)]
+                if side == 1:
+                    q.reverse()
+                triangles += [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]
+        for i in (0, along_):
+            q = [at(0, i, k), at(0, i, k + 1), at(1, i, k + 1), at(1, i, k)]
+            if i:
+                q.reverse()
+            triangles += [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]
+    rng = np.random.default_rng(seed)
+
+    def place(p):
+        return np.stack([p[:, 0], (radius + p[:, 2]) * np.sin(p[:, 1]), (radius + p[:, 2]) * np.cos(p[:, 1])], 1)
+
+    height = 0.0 if where == "middle" else thickness / 2
+    flat = []
+    while len(flat) < count:
+        # A third of them on the rims.
+        across = [rng.choice([0.0, length]) if len(flat) < count // 3 else rng.uniform(0, length) for _ in range(12)]
+        new = [np.array([x, rng.uniform(0, 2 * np.pi), height]) for x in across]
+        gap = [min((np.linalg.norm(place(n[None]) - place(f[None])) for f in flat), default=1.0) for n in new]
+        flat.append(new[int(np.argmax(gap))])
+    flat, v = np.array(flat), np.array(vertices)
+
+    def motion(p, n, grow):
+        x, f, z = p[:, 0], p[:, 1], p[:, 2]
+        g, dg = (x / length, np.full(len(x), 1 / length)) if grow else (np.ones(len(x)), np.zeros(len(x)))
+        radial, tangential = g * np.cos(n * f), -g * np.sin(n * f) / n
+        axial = -radius * dg * np.cos(n * f) / n**2
+        slope = (-n * g * np.sin(n * f) - tangential) / radius
+        e_r, e_t = np.stack([0 * f, np.sin(f), np.cos(f)], 1), np.stack([0 * f, np.cos(f), -np.sin(f)], 1)
+        out = radial[:, None] * e_r + (tangential - z * slope)[:, None] * e_t
+        out[:, 0] += axial - z * dg * np.cos(n * f)
+        return out
+
+    fields = [(motion(flat, n, g), None, motion(v, n, g)) for n in (2, 3) for g in (False, True)]
+    return Case(f"thin tube, {where}", place(v), np.array(triangles), place(flat), fields)
+
+
 def two_plates(count, gap=0.010, thickness=0.004, seed=1):
     """Two plates 1 x 0.8 with a gap, each bending in its own way; count nodes in all, on the outer faces."""
     low, t = box((1.0, 0.8, thickness), (40, 32, 1))

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The seven measures of the kernel map: error by number of nodes, `auto` as a user gets it, on bodies whose motion is known without it.
+"""Measures of the kernel map: error by number of nodes, `auto` as a user gets it, on bodies whose motion is known without it.
 
   measures.py FOLDER            writes measures.csv and measures.svg there and prints the page's table (ninja measures_interp)
   measures.py --unseen [SETS]   auto and kernel against one global r^3 kernel on random and uneven sets of nodes: ratio of their errors
@@ -21,6 +21,8 @@ MEASURES = [
     ("ring", bodies.ring, (6, 8, 12, 16, 24, 64)),
     ("quarter circle", bodies.quarter_circle, (4, 6, 8, 12, 24, 64)),
     ("thin plate", lambda n: bodies.thin_plate(n, cells=(30, 24)), (8, 20, 40, 60, 97, 200)),
+    ("thin shell", lambda n: bodies.thin_shell(n, "outer face"), (8, 20, 40, 60, 97, 200)),
+    ("thin tube", lambda n: bodies.thin_tube(n, "outer face"), (8, 20, 40, 60, 97, 200)),
     ("two plates", bodies.two_plates, (8, 16, 24, 40, 97, 200)),
 ]
 
