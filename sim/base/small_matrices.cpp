@@ -176,8 +176,6 @@ void add_outer(const MatX3& F, Eigen::Index n, const MatX3& G, double* M, Eigen:
 
 void add_rows(const MatX3& F, const Mat3& A, MatX3& out) { wide_add_rows(F, A, out); }
 
-void multiply(const MatX& A, const double* x, double* y) { wide_multiply(A, x, y); }
-
 void add_products(const MatX& T, const MatX& E, const MatX& F, MatX& D) { wide_add_products(T, E, F, D); }
 
 namespace {
@@ -479,8 +477,45 @@ void solve(const MatX& LU, const std::vector<int>& order, const double* b, doubl
   solve_factors(LU.data(), order.data(), static_cast<int>(LU.rows()), b, x);
 }
 
+namespace {
+
+// As below, written out.
+bool invert_two(double* a) {
+  const int p = std::abs(a[1]) > std::abs(a[0]) ? 1 : 0, r = 1 - p;
+  const double pivot = a[p], right = a[2 + p], below = a[r];
+  if (!(std::abs(pivot) > 0.0)) return false;
+  const double inverse = 1.0 / pivot, u = right * inverse, left = a[2 + r] - below * u;
+  if (!(std::abs(left) > 0.0)) return false;
+  const double last = 1.0 / left, first = -below * inverse * last;
+  // Columns as the rows stood.
+  a[2 * p] = inverse - u * first;
+  a[2 * p + 1] = first;
+  a[2 * r] = -u * last;
+  a[2 * r + 1] = last;
+  return true;
+}
+
+// y = A x of one to three rows.
+template <int M>
+void multiply_few(const double* a, Eigen::Index n, const double* x, double* y) {
+  double sum[M] = {};
+  for (Eigen::Index k = 0; k < n; ++k, a += M)
+    for (int r = 0; r < M; ++r) sum[r] += a[r] * x[k];
+  for (int r = 0; r < M; ++r) y[r] = sum[r];
+}
+
+}  // namespace
+
+void multiply(const MatX& A, const double* x, double* y) {
+  if (A.rows() == 1) return multiply_few<1>(A.data(), A.cols(), x, y);
+  if (A.rows() == 2) return multiply_few<2>(A.data(), A.cols(), x, y);
+  if (A.rows() == 3) return multiply_few<3>(A.data(), A.cols(), x, y);
+  wide_multiply(A, x, y);
+}
+
 bool invert(MatX& A) {
   const Eigen::Index n = A.rows();
+  if (n == 2) return invert_two(A.data());
   static thread_local std::vector<Eigen::Index> order;
   order.resize(n);
   for (Eigen::Index k = 0; k < n; ++k) {

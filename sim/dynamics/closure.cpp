@@ -115,36 +115,61 @@ void coupling_line(const Model& model, int cluster, const CouplingRow& coupling,
   });
 }
 
+// A loop joint's frames in the base frame, and b in a.
+template <class S>
+struct LoopPose {
+  typename S::Pose a, b, relative;
+};
+// Of the loops of a cluster, in their order.
+template <class S>
+using LoopPoses = std::vector<LoopPose<S>>;
+
+// Of one cluster at a time, in one of the functions that close it.
+template <class W>
+void update_loop_poses(const Model& model, const W& work, int cluster, LoopPoses<typename W::In>& poses) {
+  const std::vector<int>& loops = model.clusters[cluster].loops;
+  poses.resize(loops.size());
+  for (size_t k = 0; k < loops.size(); ++k) {
+    const LoopJoint& loop = model.loops[loops[k]];
+    poses[k].a = frame_in_base(model, work, cluster, loop.a);
+    poses[k].b = frame_in_base(model, work, cluster, loop.b);
+    poses[k].relative = compose(inverse(poses[k].a), poses[k].b);
+  }
+}
+
 // Rows of a cluster: all, or those of its partition.
+template <class S>
 struct WhichRows {
   int cluster;
   bool all;
+  const LoopPoses<S>& poses;
 };
 
-// Calls on_loop(row, loop, closure row, relative pose), on_coupling(row, coupling) and on_lock(row, index of the locked rate), in the rows'
-// order; of the partition's rows `row` is the index there.
+// Calls on_loop(row, LoopRow, closure row), on_coupling(row, coupling) and on_lock(row, index of the locked rate), in the rows' order; of
+// the partition's rows `row` is the index there.
+template <class S>
+struct LoopRow {
+  const LoopJoint& loop;
+  const LoopPose<S>& at;
+};
 template <class W, class OnLoop, class OnCoupling, class OnLock>
-void for_rows(const Model& model, const W& work, const WhichRows& which, OnLoop&& on_loop, OnCoupling&& on_coupling, OnLock&& on_lock) {
-  const auto [cluster, all] = which;
-  const Cluster& c = model.clusters[cluster];
-  const ClusterWork& cw = work.clusters[cluster];
+void for_rows(const Model& model, const W& work, const WhichRows<typename W::In>& which, OnLoop&& on_loop, OnCoupling&& on_coupling,
+              OnLock&& on_lock) {
+  const Cluster& c = model.clusters[which.cluster];
+  const ClusterWork& cw = work.clusters[which.cluster];
   // Kept between calls: this runs several times an evaluation.
-  static thread_local std::vector<int> wanted;
-  const int total = closure_row_count(model, work, cluster);
-  wanted.assign(total, -1);
-  if (all) std::iota(wanted.begin(), wanted.end(), 0);
-  else
+  static thread_local std::vector<int> place;
+  const int total = closure_row_count(model, work, which.cluster);
+  if (static_cast<int>(place.size()) < total) place.resize(total);
+  int* const wanted = place.data();
+  for (int row = 0; row < total; ++row) wanted[row] = which.all ? row : -1;
+  if (!which.all)
     for (size_t i = 0; i < cw.partition.rows.size(); ++i) wanted[cw.partition.rows[i]] = static_cast<int>(i);
   int row = 0;
-  for (int l : c.loops) {
-    typename W::In::Pose rel;
-    bool have = false;
+  for (size_t k = 0; k < c.loops.size(); ++k) {
+    const int l = c.loops[k];
     for (const auto& closure : loop_rows(model, work, l)) {
-      if (wanted[row] >= 0) {
-        if (!have) rel = relative_pose(model, work, cluster, model.loops[l].a, model.loops[l].b);
-        have = true;
-        on_loop(wanted[row], model.loops[l], closure, rel);
-      }
+      if (wanted[row] >= 0) on_loop(wanted[row], LoopRow<typename W::In>{model.loops[l], which.poses[k]}, closure);
       ++row;
     }
   }
@@ -240,11 +265,11 @@ namespace {
 
 // Residuals of all rows or of the partition's, into a column of as many.
 template <class W>
-void closure_residual(const Model& model, int cluster, const W& work, bool all, VecX& out) {
+void closure_residual(const Model& model, const W& work, const WhichRows<typename W::In>& which, VecX& out) {
+  const int cluster = which.cluster;
   const ClusterWork& cw = work.clusters[cluster];
   for_rows(
-      model, work, {cluster, all},
-      [&](int row, const LoopJoint&, const auto& closure, const auto& rel) { out[row] = row_residual(closure, rel); },
+      model, work, which, [&](int row, const auto& loop, const auto& closure) { out[row] = row_residual(closure, loop.at.relative); },
       [&](int row, const CouplingRow& coupling) {
         out[row] = -coupling.value;
         for (const CouplingRow::Term& term : coupling.terms) out[row] += term.factor * coupled(model, work, term).value;
@@ -300,16 +325,20 @@ RelativeMotion<typename W::In> relative_motion(const Model& model, int cluster, 
 
 // Of the partition's rows: rate and acceleration at zero coordinate accelerations.
 template <class W>
-void closure_rates(const Model& model, int cluster, W& work, VecX& rate, VecX& bias) {
+void closure_rates(const Model& model, int cluster, W& work, const LoopPoses<typename W::In>& poses) {
   using S = typename W::In;
-  const ClusterWork& cw = work.clusters[cluster];
+  ClusterWork& cw = work.clusters[cluster];
+  VecX &rate = cw.rate, &bias = cw.bias;
+  rate.resize(static_cast<Eigen::Index>(cw.partition.rows.size()));
+  bias.resize(rate.size());
   const LoopJoint* have = nullptr;
   RelativeMotion<S> m;
   for_rows(
-      model, work, {cluster, false},
-      [&](int row, const LoopJoint& loop, const auto& closure, const auto& rel) {
-        if (have != &loop) m = relative_motion(model, cluster, work, loop.a, loop.b, rel);
-        have = &loop;
+      model, work, {cluster, false, poses},
+      [&](int row, const auto& at, const auto& closure) {
+        const typename S::Pose& rel = at.at.relative;
+        if (have != &at.loop) m = relative_motion(model, cluster, work, at.loop.a, at.loop.b, rel);
+        have = &at.loop;
         const RowDirection<S> d = row_direction<S>(closure, rel);
         rate[row] = dot(d.lv, m.pd) + dot(d.lw, m.w);
         bias[row] = dot(d.lv, m.pdd) + dot(d.lw, m.wd);
@@ -340,17 +369,18 @@ void closure_rates(const Model& model, int cluster, W& work, VecX& rate, VecX& b
 
 template <class W>
 void update_closure_rates(const Model& model, int cluster, W& work) {
-  ClusterWork& cw = work.clusters[cluster];
-  cw.rate.setZero(static_cast<Eigen::Index>(cw.partition.rows.size()));
-  cw.bias = cw.rate;
-  closure_rates(model, cluster, work, cw.rate, cw.bias);
+  LoopPoses<typename W::In> poses;
+  update_loop_poses(model, work, cluster, poses);
+  closure_rates(model, cluster, work, poses);
 }
 
 template <class W>
 void update_closure_residual(const Model& model, int cluster, W& work) {
   VecX& out = work.clusters[cluster].residual;
   out.setZero(closure_row_count(model, work, cluster));
-  closure_residual(model, cluster, work, true, out);
+  LoopPoses<typename W::In> poses;
+  update_loop_poses(model, work, cluster, poses);
+  closure_residual(model, work, {cluster, true, poses}, out);
 }
 
 template <class W>
@@ -359,10 +389,12 @@ void update_closure_matrix(const Model& model, int cluster, W& work) {
   const int nv = model.clusters[cluster].nv;
   cw.G.setZero(closure_row_count(model, work, cluster), nv);
   cw.line.resize(nv);
+  LoopPoses<typename W::In> poses;
+  update_loop_poses(model, work, cluster, poses);
   for_rows(
-      model, work, {cluster, true},
-      [&](int row, const LoopJoint& loop, const auto& closure, const auto& rel) {
-        closure_line(model, work, cluster, loop, unit_wrenches<W>(closure, rel), true);
+      model, work, {cluster, true, poses},
+      [&](int row, const auto& at, const auto& closure) {
+        closure_line(model, work, cluster, at.loop, unit_wrenches<W>(closure, at.at.relative), true);
         cw.G.row(row) = cw.line.transpose();
       },
       [&](int row, const CouplingRow& coupling) {
@@ -478,78 +510,89 @@ Partition choose_partition(const Model& model, int cluster, Work& work, bool str
 
 namespace {
 
-// Per part of a cluster the twists of what hangs on its joint per unit of its rates, about the origin and in the axes of the base frame.
+// Per part of a cluster the pose of its joint's outboard frame in the base frame and the twists of what hangs on the joint per unit of its
+// rates, about the origin and in the axes of the base frame.
+template <class S>
+struct JointInBase {
+  typename S::Pose outboard;
+  typename S::Inertia twists;
+};
 template <class W>
-const std::vector<typename W::In::Inertia>& joint_twists(const Model& model, const W& work, int cluster) {
-  static thread_local std::vector<typename W::In::Inertia> twists;
-  if (twists.size() < model.parts.size()) twists.resize(model.parts.size());
+const std::vector<JointInBase<typename W::In>>& joints_in_base(const Model& model, const W& work, int cluster) {
+  static thread_local std::vector<JointInBase<typename W::In>> joints;
+  if (joints.size() < model.parts.size()) joints.resize(model.parts.size());
   for (int i : model.clusters[cluster].parts) {
     const Part& part = model.parts[i];
     const auto& p = work.parts[i];
-    if (part.joint.nv == 0) continue;
-    const auto at = compose(p.in_base, work.frames[part.joint.outboard].pose);
-    for (int k = 0; k < part.joint.nv; ++k) twists[i].col(k) = to_parent(at, typename W::In::Twist(p.joint.S.col(k)));
+    auto& joint = joints[i];
+    joint.outboard = compose(p.in_base, work.frames[part.joint.outboard].pose);
+    for (int k = 0; k < part.joint.nv; ++k) joint.twists.col(k) = to_parent(joint.outboard, typename W::In::Twist(p.joint.S.col(k)));
   }
-  return twists;
+  return joints;
 }
 
-// project_wrench of a wrench F on a frame that is given about the base frame's origin in its axes, by joint_twists.
+// project_wrench of a wrench F on a frame that is given about the base frame's origin in its axes, by joints_in_base.
 template <class S>
 struct FromBase {
-  const std::vector<typename S::Inertia>* twists = nullptr;
-  bool elastic = false;
+  const std::vector<JointInBase<S>>& joints;
+  int cluster;
+  bool elastic;
 };
 template <class W>
-void project_from_base(const Model& model, const W& work, int cluster, const std::type_identity_t<WrenchAt<W>>& load,
-                       const FromBase<typename W::In>& by, VecX& out) {
-  const Cluster& c = model.clusters[cluster];
-  int at = load.frame;
-  for (int i = model.frames[at].part; i != ground && model.parts[i].cluster == cluster; i = model.parts[i].parent) {
+void project_from_base(const Model& model, const W& work, const std::type_identity_t<WrenchAt<W>>& load, const FromBase<typename W::In>& by,
+                       VecX& out) {
+  int at = load.frame, i = model.frames[at].part;
+  if (i == ground) return;
+  const int cluster = by.cluster, v0 = model.clusters[cluster].v0;
+  for (; i != ground && model.parts[i].cluster == cluster; i = model.parts[i].parent) {
     const Part& part = model.parts[i];
-    const auto& p = work.parts[i];
-    for (int k = 0; k < part.joint.nv; ++k) out[part.v0 - c.v0 + k] += (*by.twists)[i].col(k).dot(load.F);
+    const auto& joint = by.joints[i];
+    for (int k = 0; k < part.joint.nv; ++k) out[part.v0 - v0 + k] += joint.twists.col(k).dot(load.F);
     if (by.elastic && part.body.n > 0) {
       const auto &f = work.frames[at], &o = work.frames[part.joint.outboard];
-      double* const e = out.data() + (part.ev0 - c.v0);
-      if (f.flexible) add_dots(f.B, wrench_to_child(compose(p.in_base, f.pose), load.F), e);
-      if (o.flexible) subtract_dots(o.B, wrench_to_child(compose(p.in_base, o.pose), load.F), e);
+      double* const e = out.data() + (part.ev0 - v0);
+      if (f.flexible) add_dots(f.B, wrench_to_child(compose(work.parts[i].in_base, f.pose), load.F), e);
+      if (o.flexible) subtract_dots(o.B, wrench_to_child(joint.outboard, load.F), e);
     }
     at = part.joint.inboard;
   }
 }
 
-// The partition's rows of G: the inverse of their columns dep into Gd, with all_columns minus the others into Gi.
+// Which columns of the partition's rows of G are made: those of dep, or all; of joints, or of what deforms too.
+struct WhichColumns {
+  bool all, elastic;
+};
+
+// The partition's rows of G: the inverse of their columns dep into Gd, with all columns minus the others into Gi.
 template <class W>
-void factorise_closure(const Model& model, int cluster, W& work, bool all_columns, bool elastic) {
+void factorise_closure(const Model& model, int cluster, W& work, const LoopPoses<typename W::In>& poses, const WhichColumns& columns) {
   using Twist = typename W::In::Twist;
   ClusterWork& cw = work.clusters[cluster];
   const std::vector<int>&dep = cw.partition.dep, &ind = cw.partition.ind;
-  const Eigen::Index nd = static_cast<Eigen::Index>(dep.size()), ni = static_cast<Eigen::Index>(ind.size());
+  const Eigen::Index nd = static_cast<Eigen::Index>(dep.size()), ni = columns.all ? static_cast<Eigen::Index>(ind.size()) : 0;
   cw.Gd.resize(nd, nd);
-  if (all_columns) cw.Gi.resize(nd, ni);
+  if (columns.all) cw.Gi.resize(nd, ni);
   const auto take_line = [&](int row) {
-    for (Eigen::Index k = 0; k < nd; ++k) cw.Gd(row, k) = cw.line[dep[k]];
-    for (Eigen::Index k = 0; all_columns && k < ni; ++k) cw.Gi(row, k) = -cw.line[ind[k]];
+    const double* const line = cw.line.data();
+    double* to = cw.Gd.data() + row;
+    for (Eigen::Index k = 0; k < nd; ++k, to += nd) *to = line[dep[k]];
+    to = cw.Gi.data() + row;
+    for (Eigen::Index k = 0; k < ni; ++k, to += nd) *to = -line[ind[k]];
   };
   cw.line.resize(model.clusters[cluster].nv);
-  FromBase<typename W::In> by{nullptr, elastic};
-  const LoopJoint* have = nullptr;
-  typename W::In::Pose at_b;
+  const FromBase<typename W::In> by{joints_in_base(model, work, cluster), cluster, columns.elastic};
   for_rows(
-      model, work, {cluster, false},
-      [&](int row, const LoopJoint& loop, const auto& closure, const auto& rel) {
-        if (!by.twists) by.twists = &joint_twists(model, work, cluster);
-        if (have != &loop) at_b = frame_in_base(model, work, cluster, loop.b);
-        have = &loop;
+      model, work, {cluster, false, poses},
+      [&](int row, const auto& at, const auto& closure) {
         // What acts on b acts on a the other way.
-        const Twist force = wrench_to_parent(at_b, unit_wrenches<W>(closure, rel).on_b);
+        const Twist force = wrench_to_parent(at.at.b, unit_wrenches<W>(closure, at.at.relative).on_b);
         cw.line.setZero();
-        project_from_base(model, work, cluster, {loop.b, force}, by, cw.line);
-        project_from_base(model, work, cluster, {loop.a, -force}, by, cw.line);
+        project_from_base(model, work, {at.loop.b, force}, by, cw.line);
+        project_from_base(model, work, {at.loop.a, -force}, by, cw.line);
         take_line(row);
       },
       [&](int row, const CouplingRow& coupling) {
-        coupling_line(model, cluster, coupling, work, elastic);
+        coupling_line(model, cluster, coupling, work, columns.elastic);
         take_line(row);
       },
       [&](int row, size_t lock) {
@@ -596,16 +639,33 @@ double driven_rate(const Model& model, const W& work, int cluster, int frame, ty
   return rate;
 }
 
+// The same of a wrench that is given about the base frame's origin in its axes.
+template <class W>
+double driven_rate_from_base(const Model& model, const W& work, int cluster, const std::type_identity_t<WrenchAt<W>>& load) {
+  using Twist = typename W::In::Twist;
+  double rate = 0.0;
+  for (int i = model.frames[load.frame].part; i != ground && model.parts[i].cluster == cluster; i = model.parts[i].parent) {
+    const TreeJoint& joint = model.parts[i].joint;
+    if (joint.motion < 0) continue;
+    const auto& p = work.parts[i];
+    rate += to_parent(compose(p.in_base, work.frames[joint.outboard].pose), Twist(p.joint.S.col(0))).dot(load.F) *
+            work.motion[joint.motion].rate;
+  }
+  return rate;
+}
+
 // Of the partition's rows: rates while every rate rests and only prescribed motions go on, into ClusterWork::rate.
 template <class W>
-void update_driven_rates(const Model& model, int cluster, W& work) {
+void update_driven_rates(const Model& model, int cluster, W& work, const LoopPoses<typename W::In>& poses) {
+  using Twist = typename W::In::Twist;
   VecX& rate = work.clusters[cluster].rate;
   rate.setZero(static_cast<Eigen::Index>(work.clusters[cluster].partition.rows.size()));
   for_rows(
-      model, work, {cluster, false},
-      [&](int row, const LoopJoint& loop, const auto& closure, const auto& rel) {
-        const LoopWrenches<W> unit = unit_wrenches<W>(closure, rel);
-        rate[row] = driven_rate(model, work, cluster, loop.b, unit.on_b) + driven_rate(model, work, cluster, loop.a, unit.on_a);
+      model, work, {cluster, false, poses},
+      [&](int row, const auto& at, const auto& closure) {
+        const Twist force = wrench_to_parent(at.at.b, unit_wrenches<W>(closure, at.at.relative).on_b);
+        rate[row] = driven_rate_from_base(model, work, cluster, {at.loop.b, force}) -
+                    driven_rate_from_base(model, work, cluster, {at.loop.a, force});
       },
       [&](int row, const CouplingRow& coupling) {
         for (const CouplingRow::Term& term : coupling.terms)
@@ -657,11 +717,13 @@ void close_positions(const Model& model, int cluster, W& work) {
   cw.res.resize(nd);
   double last = std::numeric_limits<double>::infinity();
   bool fresh = false;
+  static thread_local LoopPoses<typename W::In> poses;
+  update_loop_poses(model, work, cluster, poses);
   for (int iteration = 0;; ++iteration) {
-    closure_residual(model, cluster, work, false, cw.res);
+    closure_residual(model, work, {cluster, false, poses}, cw.res);
     if (!fresh) {
       if (elastic) update_jacobians();
-      factorise_closure(model, cluster, work, false, elastic);
+      factorise_closure(model, cluster, work, poses, {false, elastic});
       fresh = true;
     }
     multiply_into(cw.Gd, cw.res, cw.step);
@@ -684,6 +746,7 @@ void close_positions(const Model& model, int cluster, W& work) {
     move_dependent(model, cluster, work);
     if (elastic) update_cluster_frames(model, cluster, work);
     update_cluster_chain(model, cluster, work);
+    update_loop_poses(model, work, cluster, poses);
     // With the matrix of the start the error shrinks by about its own size over the mechanism's each time: what two steps have shown
     // tells whether a third is needed, and whether the matrix still serves.
     if (std::isfinite(last) ? size <= 1e-3 * last && size * size / last <= 1e-15 * c.size : size <= 1e-10 * c.size) break;
@@ -691,7 +754,7 @@ void close_positions(const Model& model, int cluster, W& work) {
     last = size;
   }
   update_jacobians();
-  factorise_closure(model, cluster, work, true, true);
+  factorise_closure(model, cluster, work, poses, {true, true});
   cw.E.resize(cw.Gd.rows(), cw.Gi.cols());
   multiply_columns(cw.Gd, cw.Gi, cw.E);
 }
@@ -751,6 +814,8 @@ void close_velocities(const Model& model, int cluster, W& work) {
     update_cluster_velocities(model, cluster, work);
     return;
   }
+  static thread_local LoopPoses<typename W::In> poses;
+  update_loop_poses(model, work, cluster, poses);
   VecX& rhs = cw.res;
   rhs.resize(nd);
   cw.ind_rate.resize(ni);
@@ -762,7 +827,7 @@ void close_velocities(const Model& model, int cluster, W& work) {
   for (int i : c.parts) prescribed = prescribed || model.parts[i].joint.motion >= 0;
   cw.e0.setZero(nd);
   if (prescribed) {
-    update_driven_rates(model, cluster, work);
+    update_driven_rates(model, cluster, work, poses);
     const int loop_rows = closure_row_count(model, work, cluster) - static_cast<int>(cw.locked.size());
     for (int i = 0; i < nd; ++i) {
       const int lock = part.rows[i] - loop_rows;
@@ -774,7 +839,7 @@ void close_velocities(const Model& model, int cluster, W& work) {
   for (int k = 0; k < ni; ++k) work.w[c.v0 + part.ind[k]] = ind[k];
   for (int k = 0; k < nd; ++k) work.w[c.v0 + part.dep[k]] = dep[k];
   update_cluster_velocities(model, cluster, work);
-  update_closure_rates(model, cluster, work);
+  closure_rates(model, cluster, work, poses);
   rhs = -cw.bias;
   multiply_into(cw.Gd, rhs, cw.gamma);
 }

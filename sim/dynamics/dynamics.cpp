@@ -311,28 +311,44 @@ void project(ClusterWork& cw, bool carried, BaseMotion<S>& base) {
     cw.h = -cw.r;
     return;
   }
-  const auto entry = [&](int i, int k) { return i >= k ? cw.M(i, k) : cw.M(k, i); };
   cw.runs.clear();
   for (int k : ind) {
     if (!cw.runs.empty() && cw.runs.back().first + cw.runs.back().second == k) ++cw.runs.back().second;
     else cw.runs.emplace_back(k, 1);
   }
-  if (carried) size_columns(base.U, ni);
   cw.h.resize(ni);
   cw.Mid.resize(ni, nd);
-  cw.Et = cw.E.transpose();
-  for (Eigen::Index d = 0; d < nd; ++d)
-    for (Eigen::Index i = 0; i < ni; ++i) cw.Mid(i, d) = entry(ind[i], dep[d]);
-  cw.T = cw.Mid;
-  for (Eigen::Index d = 0; d < nd; ++d)
-    for (Eigen::Index e = 0; e < nd; ++e) cw.T.col(d) += entry(dep[d], dep[e]) * cw.Et.col(e);
-  for (Eigen::Index k = 0; k < ni; ++k) cw.h[k] = -cw.r[ind[k]];
-  for (Eigen::Index k = 0; carried && k < ni; ++k) column(base.U, k) = column(base.Ib, ind[k]);
+  cw.T.resize(ni, nd);
+  cw.Et.resize(ni, nd);
+  double* const h = cw.h.data();
+  for (Eigen::Index k = 0; k < ni; ++k) h[k] = -cw.r[ind[k]];
+  const Eigen::Index nv = cw.M.rows();
+  for (Eigen::Index d = 0; d < nd; ++d) {
+    const int at = dep[d];
+    // The row before the diagonal, the column from there on.
+    const double *const row = &cw.M(at, 0), *const column = &cw.M(0, at);
+    double *const mid = &cw.Mid(0, d), *const t = &cw.T(0, d), *const e = &cw.Et(0, d);
+    for (Eigen::Index i = 0; i < ni; ++i) {
+      mid[i] = t[i] = ind[i] < at ? row[ind[i] * nv] : column[ind[i]];
+      e[i] = cw.E(d, i);
+    }
+  }
   for (Eigen::Index d = 0; d < nd; ++d) {
     double rd = cw.r[dep[d]];
-    for (Eigen::Index e = 0; e < nd; ++e) rd += entry(dep[d], dep[e]) * cw.gamma[e];
-    cw.h -= cw.Et.col(d) * rd + cw.Mid.col(d) * cw.gamma[d];
-    if (!carried) continue;
+    double *const t = &cw.T(0, d), *const mid = &cw.Mid(0, d), *const own = &cw.Et(0, d);
+    for (Eigen::Index k = 0; k < nd; ++k) {
+      const double m = dep[d] >= dep[k] ? cw.M(dep[d], dep[k]) : cw.M(dep[k], dep[d]);
+      const double* const e = &cw.Et(0, k);
+      rd += m * cw.gamma[k];
+      for (Eigen::Index i = 0; i < ni; ++i) t[i] += m * e[i];
+    }
+    const double gamma = cw.gamma[d];
+    for (Eigen::Index i = 0; i < ni; ++i) h[i] -= own[i] * rd + mid[i] * gamma;
+  }
+  if (!carried) return;
+  size_columns(base.U, ni);
+  for (Eigen::Index k = 0; k < ni; ++k) column(base.U, k) = column(base.Ib, ind[k]);
+  for (Eigen::Index d = 0; d < nd; ++d) {
     const typename S::Twist Ud = column(base.Ib, dep[d]);
     add_multiples(Ud, cw.Et.col(d), base.U);
     base.pb += Ud * cw.gamma[d];

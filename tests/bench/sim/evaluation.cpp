@@ -1,12 +1,16 @@
 // What a run of a scene costs and what of it: set-up (parse to the first step), one evaluation of the equations of motion, evaluations.
 //
-//   bench_evaluation SCENE... [--runs N] [--count N]
+//   bench_evaluation SCENE... [--runs N] [--count N] [--batch N [--tolerance T]]
 //
 // CPU seconds are the least of N runs (five) without estimates of errors and effects, as the integrator has them. An evaluation is timed
 // at the states of the run's samples. With --count N nothing is timed and every scene is evaluated N times at its start, for counting
 // instructions, which do not depend on the machine's load:
 //
 //   valgrind --tool=callgrind --toggle-collect='flexframe::sim::state_rate*' bench_evaluation SCENE --count 100
+//
+// With --batch N every scene is read once and run N times in a row with another gravity each time, as sweeps run a scene with other
+// numbers: runs a CPU second, histories of the outputs included, and how far off the first run is (of the ranges of its outputs, against a
+// run with a hundredth of the tolerance).
 #include "sim/run/histories_run.h"
 #include "sim/run/integrate_run.h"
 #include "sim/scene/scene_reader.h"
@@ -17,6 +21,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -81,24 +86,51 @@ void evaluate_often(const std::string& file, long count) {
   fmt::print("{}: {} evaluations, {} states, {}\n", file, count, y.size(), system.plane ? "in a plane" : "in space");
 }
 
+void run_often(const std::string& file, long count, std::optional<double> tolerance) {
+  Scene scene = read_scene(file);
+  SimulateOptions options;
+  options.estimate_error = options.check_effects = false;
+  options.tolerance = tolerance ? tolerance : scene.simulation.tolerance;
+  SimulateOptions strict = options;
+  strict.tolerance = 0.01 * options.tolerance.value_or(1e-6);
+  const Histories first = simulate_histories(scene, options), reference = simulate_histories(scene, strict);
+  const double off = compare_histories(first, reference, output_ranges(reference)).largest;
+  const Vec3 gravity = scene.simulation.gravity;
+  const double start = flexframe::test::process_seconds();
+  for (long k = 0; k < count; ++k) {
+    scene.simulation.gravity = gravity * (1.0 + 1e-3 * static_cast<double>(k % 10)) + Vec3(0.0, -1e-3 * static_cast<double>(k % 10), 0.0);
+    simulate_histories(scene, options);
+  }
+  const double seconds = flexframe::test::process_seconds() - start;
+  fmt::print("{}: {:.0f} runs a second ({} evaluations), {:.2g} off\n", file, static_cast<double>(count) / seconds,
+             first.statistics.evaluations, off);
+}
+
 }  // namespace
 
 int main(int count, char** words) {
   std::vector<std::string> scenes;
-  long repeats = 0, runs = 5;
+  long repeats = 0, runs = 5, batch = 0;
+  std::optional<double> tolerance;
   for (int i = 1; i < count; ++i) {
     if (std::string_view(words[i]) == "--count" && i + 1 < count) repeats = std::atol(words[++i]);
+    else if (std::string_view(words[i]) == "--batch" && i + 1 < count) batch = std::atol(words[++i]);
+    else if (std::string_view(words[i]) == "--tolerance" && i + 1 < count) tolerance = std::atof(words[++i]);
     else if (std::string_view(words[i]) == "--runs" && i + 1 < count) runs = std::atol(words[++i]);
     else scenes.emplace_back(words[i]);
   }
   if (scenes.empty()) {
-    fmt::print(stderr, "usage: bench_evaluation SCENE... [--runs N] [--count N]\n");
+    fmt::print(stderr, "usage: bench_evaluation SCENE... [--runs N] [--count N] [--batch N [--tolerance T]]\n");
     return 2;
   }
-  if (repeats == 0)
+  if (repeats == 0 && batch == 0)
     fmt::print("{:<44}  {:>12}  {:>9}  {:>9}  {:>7}  {:>11}  {:>13}\n", "scene", "method", "set-up ms", "run ms", "steps", "evaluations",
                "us/evaluation");
   for (const std::string& file : scenes) {
+    if (batch > 0) {
+      run_often(file, batch, tolerance);
+      continue;
+    }
     if (repeats > 0) {
       evaluate_often(file, repeats);
       continue;
