@@ -193,22 +193,34 @@ void update_velocity_terms(const PlaneBody& body, const Vec3& V, const VecX& qd,
 void elastic_force(const FlexibleBody& body, const VecX& q, const VecX& qd, VecX& out) { structural_force<Space>(body, q, qd, out); }
 void elastic_force(const PlaneBody& body, const VecX& q, const VecX& qd, VecX& out) { structural_force<Plane>(body, q, qd, out); }
 
+namespace {
+
+// x^T A x.
+double quadratic_form(const MatX& A, const VecX& x) {
+  static thread_local VecX product;
+  product.resize(x.size());
+  multiply(A, x, product);
+  return x.dot(product);
+}
+
+}  // namespace
+
 double strain_energy(const FlexibleBody& body, const VecX& q) {
   if (body.n == 0) return 0.0;
-  double e = 0.5 * q.dot(body.Ke * q);
+  double e = 0.5 * (body.stiffness.size() > 0 ? q.cwiseAbs2().dot(body.stiffness) : quadratic_form(body.Ke, q));
   if (body.ksigma.size() > 0) e += body.ksigma.dot(q);
   return e;
 }
 
 double kinetic_energy(const FlexibleBody& body, const BodyTerms& terms, const Vec6& V, const VecX& qd) {
   double e = 0.5 * V.dot(terms.Mrr * V);
-  if (body.n > 0) e += V.dot(terms.Mre * qd) + 0.5 * qd.dot(elastic_mass(body, terms) * qd);
+  if (body.n > 0) e += V.dot(terms.Mre * qd) + 0.5 * quadratic_form(elastic_mass(body, terms), qd);
   return e;
 }
 
 double kinetic_energy(const PlaneBody& body, const PlaneTerms& terms, const Vec3& V, const VecX& qd) {
   double e = 0.5 * V.dot(terms.Mrr * V);
-  if (body.n > 0) e += V.dot(momentum(terms.Mre, qd)) + 0.5 * qd.dot(elastic_mass(body, terms) * qd);
+  if (body.n > 0) e += V.dot(momentum(terms.Mre, qd)) + 0.5 * quadratic_form(elastic_mass(body, terms), qd);
   return e;
 }
 

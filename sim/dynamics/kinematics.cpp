@@ -176,7 +176,7 @@ Vec3 second_order(const Model& model, int frame, Work& work) {
   Vec3 out = Vec3::Zero();
   for (int a = 0; a < 3; ++a)
     if (node.phi2[a].size() > 0) {
-      scratch.noalias() = node.phi2[a] * qd;
+      multiply(node.phi2[a], qd.data(), scratch.data());
       out[a] = qd.dot(scratch);
     }
   return out;

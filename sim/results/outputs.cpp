@@ -158,12 +158,18 @@ void relative_columns(const Model& model, const OutputPlan& plan, Work& work, co
 namespace {
 
 void frame_columns(const Model& model, const OutputPlans& plans, const OutputPlan& plan, Work& work, const double* last, double* out) {
-  update_frame_position(model, plan.frame, work);
-  update_frame_velocity(model, plan.frame, work);
+  // Where a frame stands does not ask how it moves.
+  const Quantity wanted = plan.def.quantity;
+  if (wanted == Quantity::velocity || wanted == Quantity::angular_velocity || wanted == Quantity::acceleration) {
+    update_frame_position(model, plan.frame, work);
+    update_frame_velocity(model, plan.frame, work);
+  } else {
+    update_frame_pose(model, plan.frame, work);
+  }
   const Pose pose = frame_world(model, work, plan.frame);
   const FrameWork& f = work.frames[plan.frame];
   Vec3 v;
-  switch (plan.def.quantity) {
+  switch (wanted) {
     case Quantity::position:
       v = pose.p;
       break;
