@@ -511,8 +511,9 @@ void warn_of_shear_centre(Model& model, const std::string& owner, const Section&
 void warn_of_lacking_modes(Model& model, const Scene& scene, const std::string& owner, const std::string& body,
                            const std::string& comment) {
   if (!knows_lacks(comment))
-    model.notes.tell(owner, "its file does not say how much of the static deflection at its frames its modes lack under loads there: if they "
-                            "lack some, what is held or pushed there is too stiff, and no estimated error contains that");
+    model.notes.tell(owner,
+                     "its file does not say how much of the static deflection at its frames its modes lack under loads there: if they "
+                     "lack some, what is held or pushed there is too stiff, and no estimated error contains that");
   for (const InterfaceLack& lack : lacks_of_comment(comment)) {
     const auto here = [&](const FrameRef& f) { return f.body == body && f.frame == lack.interface; };
     const bool loaded =
