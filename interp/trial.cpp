@@ -133,7 +133,8 @@ Partition make_tried_partition(const Weld& weld, const Graph& graph, const Point
     return e.displacement + e.normals;
   };
   PartitionOptions options = given;
-  if (weld.triangles.rows() > 0 && thin_wall(weld, nodes.rows())) {
+  // One patch of all nodes is the plain kernel, for comparison.
+  if (given.patch_nodes > 0 && weld.triangles.rows() > 0 && thin_wall(weld, nodes.rows())) {
     options.sheets = true;
     const Partition walls = maker.make(options, sample.vertices);
     options.sheets = walls.sheets > 0 && wrong(walls) < wrong(maker.make(given, sample.vertices));

@@ -128,13 +128,14 @@ struct Animation {
 // Throws what make_body_model throws.
 Animation make_animation(const sim::Results& results, const RenderSettings& settings, const sim::Scene* scene);
 
-// The map and the bar of the pictures, were their bodies coloured by something else (and its range left to the program); the animation is
-// as before. Of words that need other body models (stress, strain, map_error) an animation of their own is wanted. None: no body has it.
+// Map of values to colours and its bar, with the settings that they belong to.
 struct Colors {
   RenderSettings settings;
   render::ScalarMap map;
   render::ScalarBar bar;
 };
+// The map and the bar of the pictures, were their bodies coloured by something else (and its range left to the program); the animation is
+// as before. Of words that need other body models (stress, strain, map_error) an animation of their own is wanted. None: no body has it.
 std::optional<Colors> colors_by(Animation& animation, ColorBy by);
 
 // Simulated time of a picture (0 .. count - 1), s.

@@ -2,7 +2,6 @@
 
 #include "sim/bodies/beam_pieces.h"
 #include "sim/results/histories.h"
-#include "sim/results/sampling.h"
 #include "sim/scene/curve.h"
 #include "sim/scene/section.h"
 
@@ -351,11 +350,7 @@ std::vector<CoarseBeam> coarse_beams(const Scene& scene, const std::vector<Effec
     const Bending bending = bending_of(*beam, def.name, effects);
     if (body == results.bodies.end()) continue;
     const double duration = results.times[results.times.size() - 1];
-    Swing swing = swing_of(*body, duration);
-    if (const auto unseen = unseen_swing(results, *body); unseen && swing.range > 0.0) {
-      swing.cycles = std::max(swing.cycles, unseen->share * unseen->radians / (2.0 * std::numbers::pi));
-      swing.omega = std::max(swing.omega, unseen->radians / duration);
-    }
+    const Swing swing = swing_of(*body, duration);
     CoarseBeam worst;
     const auto judge = [&](const Swing& one) {
       worst = worst_output(scene, run, ranges, def, one, missed_by_elements(*beam, one, bending, duration) * one.range);

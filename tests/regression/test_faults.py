@@ -113,7 +113,9 @@ with temporary_folder() as folder:
 
     # A static start of minutes does not look at the request to end (a coil of many pieces in a loop); the program ends all the same.
     (folder / "coil.toml").write_text(COIL)
-    process = subprocess.Popen([flexframe, "simulate", str(folder / "coil.toml")], stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        [flexframe, "simulate", str(folder / "coil.toml"), "--csv", str(folder / "coil.csv")], stderr=subprocess.PIPE, text=True
+    )
     time.sleep(2)
     process.send_signal(signal.SIGTERM)
     _, message = process.communicate(timeout=60)
