@@ -74,7 +74,7 @@ std::optional<FastMotion> faster_than_samples(const Results& results) { return f
 
 std::string fast_motion_text(const FastMotion& fast) {
   const double enough = 10.0 * fast.frequency, digits = std::pow(10.0, std::floor(std::log10(enough)) - 1.0);
-  return fmt::format("vibrates at about {:.3g} Hz, too fast for {:.4g} samples a second (aliasing); output_rate = {} shows it",
+  return fmt::format("vibrates at about {:.3g} Hz, too fast for {:.4g} samples a second; output_rate = {} shows it",
                      fast.frequency, fast.samples, digits * std::ceil(enough / digits));
 }
 

@@ -29,7 +29,7 @@ struct UnseenSwing {
 };
 std::optional<UnseenSwing> unseen_swing(const Results& results, const ResultBody& body);
 
-// "vibrates at about 70 Hz, too fast for 100 samples a second (aliasing); output_rate = 700 shows it".
+// "vibrates at about 70 Hz, too fast for 100 samples a second; output_rate = 700 shows it".
 std::string fast_motion_text(const FastMotion& fast);
 
 }  // namespace flexframe::sim
