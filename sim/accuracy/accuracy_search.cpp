@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 namespace flexframe::sim {
 namespace {
@@ -150,10 +151,17 @@ void Search::keep_at_least(const Scene& scene) {
     if (const std::optional<int> keep = std::get<BeamDef>(scene.bodies[r.body].kind).keep_modes; keep && *keep > 0) least_[r.body] = *keep;
 }
 
+// The n-th mode of bending brings lambda_n^-4 of what a load that comes at once deflects, that of stretching or twist n^-2, and their
+// shares at rest have one sign: what n modes lack falls as n^-3, or as 1/n. Levels of elements and volumes err by the square of their
+// length. Two runs tell whether it falls slower here; rates and section forces, whose modes' shares add as squares, fall as n^-1.5.
+// (A beam let go, 6 modes: 1.34e-4 of the range is lacking; as squares of shares that fall by 1.6 a step 9.2e-5 were told.)
 double Refinement::error() const {
-  // Free vibrations after a release converge slowly, by 1.6 from one mode to the next.
-  const double ratio = before > 0.0 ? std::clamp(before / std::max(left, 1e-300), 1.5, 6.0) : 1.6;
-  return left / std::sqrt(1.0 - 1.0 / (ratio * ratio));
+  double order = stiff ? 1.0 : body ? 3.0 : 2.0;
+  constexpr double slowest = 1.5, step = 0.25;
+  const auto change = [this](double p) { return (std::pow(grown, p) - 1.0) / (1.0 - std::pow(growth, -p)); };
+  if (before > 0.0)
+    while (order > slowest && change(order) > before / std::max(left, 1e-300)) order -= step;
+  return left / (1.0 - std::pow(growth, -order));
 }
 
 std::vector<Refinement> Search::refinements(const Setting& setting) const {
@@ -171,22 +179,23 @@ std::vector<Refinement> Search::refinements(const Setting& setting) const {
   return out;
 }
 
-void Search::refine(const Refinement& what, Setting& setting) {
+double Search::refine(const Refinement& what, Setting& setting) {
   const Scene here = at(setting);
   if (!what.body) {
     keep_at_least(here);  // those with modes keep what they have
     ++setting.level;
-    return;
+    return std::numbers::sqrt2;
   }
   const BeamDef& beam = std::get<BeamDef>(here.bodies[*what.body].kind);
   if (what.stiff) {
     more_[*what.body] += (beam.keep_axial ? beam.keep_axial : beam.keep_torsion).value_or(stiff_modes);
-    return;
+    return 2.0;
   }
   const int have = *beam.keep_modes;
   int level = 0;
   while (modes_at(level) < have + telling_modes) ++level;
   least_[*what.body] = modes_at(level);
+  return static_cast<double>(modes_at(level)) / have;
 }
 
 std::optional<Scene> Search::halved() const {

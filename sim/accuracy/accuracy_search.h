@@ -32,10 +32,10 @@ struct Setting {
 // are no finite elements.
 struct Refinement {
   std::optional<size_t> body;
-  bool stiff = false;               // stretching and torsion
-  double left = 0.0, before = 0.0;  // what the next finer run changed, and the one before
-  // What lies beyond the next finer one too, by the ratio of the last two: shares of modes that vibrate at frequencies of their own add as
-  // squares.
+  bool stiff = false;                // stretching and torsion
+  double left = 0.0, before = 0.0;   // what the next finer run changed, and the one before
+  double growth = 1.0, grown = 1.0;  // by which the modes (or levels' elements) of that run were more, and of the one before
+  // With what lies beyond the next finer one too.
   double error() const;
 };
 
@@ -57,8 +57,8 @@ class Search {
   void keep_at_least(const Scene& scene);
   std::vector<Refinement> refinements(const Setting& setting) const;
   // From now on the body keeps as many modes as the next level that has two more, or twice as many of stretching and torsion; or the others
-  // have the next level.
-  void refine(const Refinement& what, Setting& setting);
+  // have the next level. How many times as many these are.
+  double refine(const Refinement& what, Setting& setting);
   // The scene with half the elements, volumes or modes of every body whose resolution may be chosen; none where it has no such body, or
   // nothing to halve.
   std::optional<Scene> halved() const;

@@ -232,6 +232,10 @@ bool Straight::judge_effects() {
     if (2.0 * w.share <= 0.2 * t_.accuracy) effects_ += decided(w) ? 2.0 * w.share : 0.0;
     else measured.push_back(w.effect);
   }
+  // Forces that are read shift with what gives way inside.
+  for (const LeftOutWorth& w : run_.left_out)
+    if (w.possible && w.inside > 0.5 * t_.accuracy) measured.push_back(w.effect);
+  check.further = measured;
   if (measured.empty()) return effects_ <= share_of_effects * t_.accuracy;
   const NeglectCheck found = check_neglected(run_.scene, run_.effects, looser_, check);
   if (!found.untried.empty()) return false;

@@ -47,13 +47,37 @@ double median(std::vector<double> values) {
   return n == 0 ? 0.0 : n % 2 == 1 ? values[n / 2] : 0.5 * (values[n / 2 - 1] + values[n / 2]);
 }
 
+// Of forces, moments and stresses that stand still, so that `ranges` has none: the largest component of the vector, if it is no rounding of
+// the other forces.
+VecX sizes_of_still_forces(const Histories& h, const VecX& ranges) {
+  constexpr double rounding = 1e-9;
+  VecX out = VecX::Zero(ranges.size());
+  if (h.values.cols() == 0) return out;
+  const auto largest = [&](const auto& of) {
+    double most = 0.0;
+    for (Eigen::Index k = 0; k < out.size(); ++k)
+      if (of(k)) most = std::max(most, h.values.row(k).cwiseAbs().maxCoeff());
+    return most;
+  };
+  const auto vector_of = [&](Eigen::Index k) { return h.columns[k].substr(0, h.columns[k].rfind('.')); };
+  const double force = std::max(h.scales.force, largest([&](Eigen::Index k) { return h.units[k] == "N"; })),
+               reach = h.scales.length > 0.0 ? h.scales.length : 1.0;
+  for (Eigen::Index c = 0; c < out.size(); ++c) {
+    const std::string& unit = h.units[c];
+    if (ranges[c] > 0.0 || (unit != "N" && unit != "N m" && unit != "Pa")) continue;
+    const double size = largest([&](Eigen::Index k) { return h.units[k] == unit && vector_of(k) == vector_of(c); });
+    if (size > rounding * (unit == "N" ? force : unit == "N m" ? force * reach : 0.0)) out[c] = size;
+  }
+  return out;
+}
+
 }  // namespace
 
 VecX common_ranges(const Histories& a, const Histories& b, double deflection) {
   VecX out = output_ranges(a, b).cwiseMax(output_ranges(b, a));
   for (Eigen::Index c = 0; c < out.size(); ++c)
     if (out[c] == 0.0 && a.units[c] == "m") out[c] = deflection;
-  return out;
+  return out.cwiseMax(sizes_of_still_forces(a, out)).cwiseMax(sizes_of_still_forces(b, out));
 }
 
 Scene with_effect(const Scene& scene, const std::vector<EffectState>& states, const std::string& owner, const std::string& effect,

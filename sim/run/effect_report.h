@@ -90,7 +90,8 @@ struct NeglectOptions {
   std::vector<LeftOutWorth>* told = nullptr;
 };
 
-// output_ranges of both (histories.h), the larger; places that stand still (m) count against the largest deflection of a body, m.
+// output_ranges of both (histories.h), the larger; places that stand still (m) count against the largest deflection of a body, m, forces,
+// moments and stresses that do against their size.
 VecX common_ranges(const Histories& a, const Histories& b, double deflection);
 
 // base: histories of the scene itself at options.tolerance.

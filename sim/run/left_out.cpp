@@ -6,6 +6,7 @@
 #include "sim/model/bodies.h"
 #include "sim/results/histories.h"
 #include "sim/results/sampling.h"
+#include "sim/scene/force_kinds.h"
 #include "sim/start/statics.h"
 
 #include <fmt/format.h>
@@ -16,6 +17,7 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <numeric>
 
 namespace flexframe::sim {
 namespace {
@@ -639,6 +641,27 @@ double LeftOut::out_of_phase(const Drift& drift, const Column& column, const std
   return std::min(1.0, 0.5 * drift.deflection / length * std::pow(drift.frequency, column.order) / range);
 }
 
+bool LeftOut::has_unjudged_forces() const {
+  // Reactions of a tree without springs, stops or contacts balance its loads, whatever gives way.
+  const bool shared = !model_.loops.empty() || std::any_of(scene_.forces.begin(), scene_.forces.end(), [](const ForceDef& f) {
+    return traits(f.kind).between || f.kind == ForceKind::user;
+  }) || std::any_of(scene_.joints.begin(), scene_.joints.end(), [](const JointDef& j) { return j.stop.has_value(); });
+  return std::any_of(columns_.begin(), columns_.end(), [&](const Column& column) {
+    switch (column.quantity) {
+      case Quantity::force:
+      case Quantity::spring_force:
+      case Quantity::stop_force:
+        return true;
+      case Quantity::reaction:
+      case Quantity::section_force:
+      case Quantity::stress:
+        return shared;
+      default:
+        return false;
+    }
+  });
+}
+
 std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest) const {
   std::vector<LeftOutWorth> out;
   if (items_.empty() || times_.empty()) return out;
@@ -650,10 +673,13 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
     double& most = largest[run.units[c]];
     most = std::max(most, run.values.row(static_cast<Eigen::Index>(c)).cwiseAbs().maxCoeff());
   }
-  // What stands still has no range in time: places and deflections are then seen against the largest deflection.
-  double deflected = 0.0;
-  for (const ResultBody& body : results.bodies)
-    if (body.displacement.size() > 0) deflected = std::max(deflected, body.displacement.cwiseAbs().maxCoeff());
+  // What stands still has no range in time: places and deflections are then seen against the largest deflection, angles against the
+  // largest turn of a section.
+  std::map<std::string, double> deformed = {{"m", 0.0}, {"rad", 0.0}};
+  for (const ResultBody& body : results.bodies) {
+    if (body.displacement.size() > 0) deformed["m"] = std::max(deformed["m"], body.displacement.cwiseAbs().maxCoeff());
+    if (body.rotation.size() > 0) deformed["rad"] = std::max(deformed["rad"], body.rotation.cwiseAbs().maxCoeff());
+  }
   const double still = model_.loops.empty() ? 1e-13 : 1e-9;
   const auto sized = [&](size_t c) { return run.sizes.size() > 0 && run.sizes[static_cast<Eigen::Index>(c)] > 0.0; };
   const auto vector_of = [&](size_t c) { return run.columns[c].substr(0, run.columns[c].rfind('.')) + "\n" + run.units[c]; };
@@ -662,6 +688,8 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
     double& most = sizes[vector_of(c)];
     most = std::max(most, run.values.row(static_cast<Eigen::Index>(c)).cwiseAbs().maxCoeff());
   }
+  const bool unjudged = has_unjudged_forces();
+  const double stored = std::accumulate(strain_.begin(), strain_.end(), 0.0);
   for (const Item& item : items_) {
     LeftOutWorth found;
     found.effect = item.effect;
@@ -691,7 +719,7 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
     }
     for (size_t c = 0; c < columns_.size(); ++c) {
       const double most = size[vector_of(c)], known = ranges[static_cast<Eigen::Index>(c)],
-                   range = sized(c) ? known : std::max({known, most, known == 0.0 && run.units[c] == "m" ? deflected : 0.0});
+                   range = sized(c) ? known : std::max({known, most, known == 0.0 ? deformed[run.units[c]] : 0.0});
       // What counts as moving: histories.cpp.
       const bool length = run.units[c] == "m", kinematic = length || run.units[c] == "m/s" || run.units[c].starts_with("rad");
       const double floor = run.units[c] == "N m" ? 1e-12 * largest["N"] : run.units[c].starts_with("rad") ? 1e-12 : 0.0;
@@ -703,6 +731,8 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
       found.column = run.columns[c];
     }
     if (item.failed) found.share = std::max(found.share, 1.0);
+    const double missing = std::accumulate(item.energy.begin(), item.energy.end(), 0.0);
+    if (unjudged && stored > 0.0 && missing > 0.0) found.inside = missing / (missing + stored);
     out.push_back(found);
   }
   std::stable_sort(out.begin(), out.end(), [](const LeftOutWorth& a, const LeftOutWorth& b) { return a.share > b.share; });

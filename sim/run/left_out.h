@@ -28,6 +28,9 @@ struct LeftOutWorth {
   bool possible = true;  // the beam's model can have it
   double share = 0.0;    // of the output it changes most, relative to its range
   std::string column;
+  // Where an output is a force, a stress or the like, which the look does not judge: U / (U + V), about what the effect shifts of the
+  // forces from one support or spring to another. 0 elsewhere.
+  double inside = 0.0;
 };
 
 class LeftOut {
@@ -78,6 +81,8 @@ class LeftOut {
   VecX outputs(const double* previous);
   void follow(const System& system, Item& item, const VecX& rest);
   void follow_deformation(const System& system);
+  // Whether the run has outputs that a look does not judge.
+  bool has_unjudged_forces() const;
   // What the vibrations of a run lose in phase by its end, rad; of the one that this moves farthest its range, m, and frequency, rad/s.
   struct Drift {
     double phase = 0.0, deflection = 0.0, frequency = 0.0;

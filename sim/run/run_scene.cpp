@@ -65,6 +65,9 @@ struct Alone {
 
 bool is_deformation(const LeftOutWorth& w) { return w.effect != "stiffening" && w.effect != "gyroscopic"; }
 
+// Where forces are read, what gives way inside shifts them from one support to another: a pair of runs tells that, also at rest.
+bool shifts_forces(const LeftOutWorth& w, double asked) { return w.possible && w.inside > 0.5 * asked && w.share < asked; }
+
 // A second, looser run: the error of time, what is of second order and left out, and what the models cannot show. True if the latter were
 // measured.
 bool estimate(const Scene& scene, const SimulateOptions& options, Alone& alone, bool models, Results& results) {
@@ -107,7 +110,9 @@ bool estimate(const Scene& scene, const SimulateOptions& options, Alone& alone, 
   // A second run of the same length is made of short ones only.
   if (models && results.statistics.cpu_seconds <= least_check)
     warn_of_few_modes(scene, options, reference, check.deflection, unasked_accuracy, results.statistics);
-  if (difference.column >= 0) {
+  const bool forces = std::any_of(alone.to_measure.begin(), alone.to_measure.end(),
+                                  [](const LeftOutWorth& w) { return shifts_forces(w, unasked_accuracy); });
+  if (difference.column >= 0 || forces) {
     // What shifts events is not known without its run.
     const bool shifting = std::any_of(alone.to_measure.begin(), alone.to_measure.end(), is_deformation);
     check.budget = std::max(check_price * results.statistics.cpu_seconds, shifting ? 2.0 * least_check : least_check);
@@ -168,21 +173,28 @@ Results simulate_alone(const Scene& scene, const SimulateOptions& options, bool 
 // more than this along the motion as it is may be worth a multiple.
 constexpr double may_shift_events = 5e-4;
 
-void measure_what_shifts_events(const SolverStatistics& run, Alone& alone) {
-  if (run.events == 0) return;
-  const auto shifts = [](const LeftOutWorth& w) { return w.possible && w.share > may_shift_events && w.share < unasked_accuracy; };
+void measure_what_shifts(const SolverStatistics& run, double asked, Alone& alone) {
+  const auto shifts = [&](const LeftOutWorth& w) {
+    return (run.events > 0 && w.possible && w.share > may_shift_events && w.share < asked) || shifts_forces(w, asked);
+  };
   std::copy_if(alone.left_out.begin(), alone.left_out.end(), std::back_inserter(alone.to_measure), shifts);
   std::erase_if(alone.left_out, shifts);
 }
 
-// What shifts events and was not measured, as that would have taken too long or failed.
-void warn_of_unmeasured(std::vector<LeftOutWorth>& worth, Notes& notes) {
-  for (const LeftOutWorth& w : worth)
-    if (is_deformation(w))
+// What shifts events or forces and was not measured, as that would have taken too long or failed.
+void warn_of_unmeasured(std::vector<LeftOutWorth>& worth, long events, Notes& notes) {
+  for (const LeftOutWorth& w : worth) {
+    if (!is_deformation(w)) continue;
+    if (events > 0 && w.share > may_shift_events)
       notes.warn("", fmt::format("{} of '{}' is left out: its influence along this motion is {:.1g} of the range of {}, but it also shifts "
                                  "when friction reverses or bodies touch, and its influence may be several times that; add \"{}\" to "
                                  "'effects', or measure it with flexframe effects",
                                  w.effect, fmt::join(w.owners, "', '"), w.share, w.column, w.effect));
+    else
+      notes.tell("", fmt::format("{} of '{}' left out: {:.1g} of the range of {}; forces within the mechanism may change by about {:.1g}, "
+                                 "which was not measured, as that would take longer than the run; flexframe effects measures it",
+                                 w.effect, fmt::join(w.owners, "', '"), w.share, w.column.empty() ? "the outputs" : w.column, w.inside));
+  }
   std::erase_if(worth, is_deformation);
 }
 
@@ -208,12 +220,12 @@ Results simulate_once(const Scene& scene, const SimulateOptions& options, std::v
     called->more = true;
     return results;
   }
-  if (options.estimate_error) measure_what_shifts_events(results.statistics, alone);
+  if (options.estimate_error) measure_what_shifts(results.statistics, unasked_accuracy, alone);
   bool measured = false;
   if (options.estimate_error && !results.outputs.empty()) measured = estimate(scene, options, alone, !into, results);
   forget_misfits(results.statistics.notes, alone.left_out);
   report_left_out(scene, alone.left_out, unasked_accuracy, results.statistics);
-  warn_of_unmeasured(alone.to_measure, results.statistics.notes);
+  warn_of_unmeasured(alone.to_measure, results.statistics.events, results.statistics.notes);
   report_left_out(scene, alone.to_measure, unasked_accuracy, results.statistics);
   warn_of_coarse_beams(coarse_beams(scene, alone.effects, results), sure_of_coarse * unasked_accuracy, results.statistics.notes);
   warn_of_held_warping(scene, alone.effects, results, unasked_accuracy, results.statistics.notes);
