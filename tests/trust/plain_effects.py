@@ -267,6 +267,53 @@ def stubby():
         )
 
 
+@case("forces alone are read, which shear shifts: the prop of a stubby beam, rigid or a spring, at rest and in time; shear by hand or auto")
+def shifted_forces():
+    L, h, w = 0.12, 0.04, 0.02
+    A, I, F, k = h * w, w * h**3 / 12, 1000.0, 4e7
+    section = f'{{ shape = "rectangle", height = {h}, width = {w} }}'
+    shear = 5 / 6 * G * A
+    gives = L**3 / (3 * E * I) + L / shear
+    # The prop's place moves as far by a force in the middle as the middle by one at the prop.
+    prop = F * (5 * L**3 / (48 * E * I) + L / (2 * shear)) / gives
+    spring = -F * gives / (gives + 1 / k)
+    for chosen in ("", 'effects = ["bending_xy"]', 'effects = ["bending_xy", "shear"]'):
+        body = beam("console", L, section, STEEL, chosen + "\nframes = { middle = 0.5 }") + weld("clamp", "ground", "console.root")
+        held = (
+            rigid("shoe", 0.01, (1e-6,) * 3)
+            + joint("rail", "prismatic", "ground", "shoe", f"axis = [1, 0, 0]\nposition = [{L}, 0, 0]")
+            + joint("pin", "revolute", "console.tip", "shoe")
+            + output("R", "pin", "reaction")
+        )
+        sprung = (
+            f"[ground]\nframes = {{ post = [{L}, -0.1, 0] }}\n\n"
+            + '[[force]]\nname = "spring"\nkind = "spring-damper"\non = "console.tip"\nfrom = "ground.post"\n'
+            + f"stiffness = {k!r}\nrest = 0.1\n\n"
+            + output("S", "spring", "force")
+        )
+        slowly = f"{F!r} * (t < 0.05 ? (1 - cos(pi*t/0.05))/2 : 1)"
+        for moves in (False, True):
+            head, load = (simulation(0.06, 2000), slowly) if moves else (static(), F)
+            words = f"{'slowly loaded' if moves else 'at rest'}, {chosen or 'auto'}"
+
+            def share(t, moves=moves):
+                return (np.where(t < 0.05, (1 - np.cos(np.pi * t / 0.05)) / 2, 1.0) if moves else np.ones(len(t)))[:, None]
+
+            yield Scene(
+                head + body + held + force("force", "console.middle", load, (0, -1, 0)),
+                lambda t, share=share: {"R": share(t) * np.array([[np.nan, prop, np.nan, np.nan, np.nan, np.nan]])},
+                {"R": prop},
+                f"prop, {words}",
+                sizes_only=True,
+            )
+            yield Scene(
+                head + body + sprung + force("force", "console.tip", load, (0, -1, 0)),
+                lambda t, share=share: {"S": share(t) * spring},
+                {"S": abs(spring)},
+                f"spring, {words}",
+            )
+
+
 @case('effects = ["auto", "axial"] is taken', "stability (advice), unit sim_scene")
 def auto_and_axial():
     s, A, _ = circle(0.01)
