@@ -111,9 +111,65 @@ def ties(folder):
         near(h["tip.z"][0], sag * c * s * held, 3e-3 * sag, f"{what}, out of the plane")
 
 
+# A clamped tube on a roller under its own weight: how its tip is turned, at rest.
+PROPPED = """[simulation]
+duration = 0.01
+gravity = [0, -9.81, 0]
+start = "static"
+[[body]]
+name = "tube"
+kind = "beam"
+length = 0.6
+section = { shape = "tube", outer_diameter = 0.04, thickness = 0.004 }
+material = { density = 7850, youngs_modulus = 2.1e11, poisson = 0.3 }
+effects = ["bending_xy"]
+[[body]]
+name = "roller"
+kind = "rigid"
+mass = 0.1
+inertia = [1e-4, 1e-4, 1e-4]
+[[joint]]
+name = "clamp"
+kind = "weld"
+parent = "ground"
+child = "tube.root"
+[[joint]]
+name = "rail"
+kind = "prismatic"
+parent = "ground"
+child = "roller"
+axis = [1, 0, 0]
+position = [0.6, 0, 0]
+[[joint]]
+name = "pin"
+kind = "revolute"
+parent = "roller"
+child = "tube.tip"
+[[output]]
+name = "slope"
+of = "tube.tip"
+quantity = "rotation"
+"""
+
+
+def turned_at_rest(folder):
+    """What is told of shear along the motion is between half and three times what it is worth: the angle is seen against itself."""
+    slope = []
+    for name, text in (("without", PROPPED), ("with", PROPPED.replace('"bending_xy"', '"bending_xy", "shear"'))):
+        said = run("simulate", written(folder, name, text), "--csv", folder / "slope.csv").stdout
+        slope.append(history(folder / "slope.csv")["slope.z"][-1])
+        if name == "without":
+            told = re.search(r"shear of 'tube' is left out, but its influence is ([0-9.e+-]+) of the range of slope.z", said)
+            expect(told, f"nothing is told of shear: {said}")
+    true = abs(slope[1] / slope[0] - 1)
+    if told:
+        expect(0.5 * true < float(told[1]) < 3 * true, f"shear is told {told[1]} where {true:.2g} is true")
+
+
 with temporary_folder() as folder:
     folder = pathlib.Path(folder)
     ties(folder)
+    turned_at_rest(folder)
 
     # The table: every effect, who decided, coordinates, share. The pendulum's stiffening is worth all of its deflection (ACCURACY).
     report = json.loads(run("effects", examples / "pendulum.toml", "--json").stdout)
