@@ -74,13 +74,12 @@ std::optional<FastMotion> faster_than_samples(const Results& results) { return f
 
 std::string fast_motion_text(const FastMotion& fast) {
   const double enough = 10.0 * fast.frequency, digits = std::pow(10.0, std::floor(std::log10(enough)) - 1.0);
-  return fmt::format("vibrates at about {:.3g} Hz, too fast for {:.4g} samples a second; output_rate = {} shows it",
-                     fast.frequency, fast.samples, digits * std::ceil(enough / digits));
+  return fmt::format("vibrates at about {:.3g} Hz, too fast for {:.4g} samples a second; output_rate = {} shows it", fast.frequency,
+                     fast.samples, digits * std::ceil(enough / digits));
 }
 
-std::optional<UnseenSwing> unseen_swing(const Results& results, const ResultBody& body) {
-  // As above.
-  if (results.times.size() < 16 || body.q.cols() == 0 || body.qd.cols() != body.q.cols()) return {};
+std::optional<UnseenSwing> unseen_swing(const Results& results, const ResultBody& body, Eigen::Index least) {
+  if (results.times.size() < least || body.q.cols() == 0 || body.qd.cols() != body.q.cols()) return {};
   const double fastest = body.qd.colwise().norm().maxCoeff(), duration = results.times[results.times.size() - 1] - results.times[0];
   std::optional<UnseenSwing> out;
   double worst = missed_way;

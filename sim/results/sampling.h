@@ -27,7 +27,8 @@ std::optional<FastMotion> faster_than_samples(const Results& results);
 struct UnseenSwing {
   double radians = 0.0, share = 0.0;
 };
-std::optional<UnseenSwing> unseen_swing(const Results& results, const ResultBody& body);
+// least: samples below which nothing is told.
+std::optional<UnseenSwing> unseen_swing(const Results& results, const ResultBody& body, Eigen::Index least = 16);
 
 // "vibrates at about 70 Hz, too fast for 100 samples a second; output_rate = 700 shows it".
 std::string fast_motion_text(const FastMotion& fast);

@@ -2,6 +2,7 @@
 
 #include "sim/bodies/beam_pieces.h"
 #include "sim/results/histories.h"
+#include "sim/results/sampling.h"
 #include "sim/scene/curve.h"
 #include "sim/scene/section.h"
 
@@ -336,7 +337,41 @@ double missed_by_elements(const BeamDef& beam, const Swing& swing, const Bending
 constexpr double enough = 0.005;
 constexpr int most_volumes = 100;
 
+// Beams whose elements the formulas judge.
+const BeamDef* judged_beam(const BodyDef& def) {
+  const auto* beam = std::get_if<BeamDef>(&def.kind);
+  return beam && beam->model != BeamModel::modal && !beam->keep_modes && beam->modes.empty() ? beam : nullptr;
+}
+
 }  // namespace
+
+std::vector<size_t> beams_between_samples(const Scene& scene, const std::vector<EffectState>& effects, const Results& results,
+                                          double asked) {
+  std::vector<size_t> out;
+  constexpr Eigen::Index fewest_samples = 3;
+  if (results.times.size() < fewest_samples) return out;
+  const Histories run = to_histories(results);
+  const VecX ranges = output_ranges(run);
+  const double duration = results.times[results.times.size() - 1];
+  for (size_t b = 0; b < scene.bodies.size() && b < results.bodies.size(); ++b) {
+    const BodyDef& def = scene.bodies[b];
+    const BeamDef* beam = judged_beam(def);
+    // A guess from few samples does: the run with more elements decides.
+    const std::optional<UnseenSwing> unseen = beam ? unseen_swing(results, results.bodies[b], fewest_samples) : std::nullopt;
+    if (!unseen) continue;
+    const Bending bending = bending_of(*beam, def.name, effects);
+    Swing swing = swing_of(results.bodies[b], duration);
+    if (!(bending.ei > 0.0) || !(swing.range > 0.0)) continue;
+    const auto share = [&] {
+      return worst_output(scene, run, ranges, def, swing, missed_by_elements(*beam, swing, bending, duration) * swing.range).share;
+    };
+    if (share() > asked) continue;  // told of already
+    swing.cycles = std::max(swing.cycles, unseen->share * unseen->radians / (2.0 * std::numbers::pi));
+    swing.omega = std::max(swing.omega, unseen->radians / duration);
+    if (share() > asked) out.push_back(b);
+  }
+  return out;
+}
 
 std::vector<CoarseBeam> coarse_beams(const Scene& scene, const std::vector<EffectState>& effects, const Results& results) {
   std::vector<CoarseBeam> out;
@@ -344,8 +379,8 @@ std::vector<CoarseBeam> coarse_beams(const Scene& scene, const std::vector<Effec
   const Histories run = to_histories(results);
   const VecX ranges = output_ranges(run);
   for (const BodyDef& def : scene.bodies) {
-    const auto* beam = std::get_if<BeamDef>(&def.kind);
-    if (!beam || beam->model == BeamModel::modal || beam->keep_modes || !beam->modes.empty()) continue;
+    const BeamDef* beam = judged_beam(def);
+    if (!beam) continue;
     const auto body = std::find_if(results.bodies.begin(), results.bodies.end(), [&](const ResultBody& b) { return b.name == def.name; });
     const Bending bending = bending_of(*beam, def.name, effects);
     if (body == results.bodies.end()) continue;

@@ -368,11 +368,12 @@ void check_bending(const Scene& scene, const std::vector<EffectState>& states, c
   }
 }
 
-// Beams whose number of elements or modes nobody has judged: beside twice as many elements.
+// Beams whose number of elements or modes nobody has judged, or whose vibrations samples do not show: beside twice as many elements.
 void check_elements(const Scene& scene, const std::vector<EffectState>& states, const Histories& base, const ModelCheckOptions& options,
                     SolverStatistics& out) {
-  std::vector<size_t> bodies, changed;
-  for (const size_t b : options.unjudged)
+  std::vector<size_t> bodies, changed, candidates = options.unjudged;
+  candidates.insert(candidates.end(), options.between_samples.begin(), options.between_samples.end());
+  for (const size_t b : candidates)
     if (const auto* beam = std::get_if<BeamDef>(&scene.bodies[b].kind);
         beam && beam->model != BeamModel::lumped && !has_forms_of_ends(*beam))
       bodies.push_back(b);
@@ -402,7 +403,9 @@ void check_elements(const Scene& scene, const std::vector<EffectState>& states, 
     const std::string owner = fmt::format("body '{}'", scene.bodies[b].name);
     const bool two = std::find(divided.begin(), divided.end(), b) != divided.end();
     const char* more = two ? "with two volumes of as many elements each" : "with twice as many elements";
-    if (!found)
+    if (!found && std::find(options.unjudged.begin(), options.unjudged.end(), b) == options.unjudged.end())
+      out.notes.tell(owner, "vibrates faster than the samples show; what more elements would change could not be told");
+    else if (!found)
       out.notes.warn(owner,
                      "the scene gives its number of elements or modes, and the influence of more of them could not be measured: it is not "
                      "part of the estimated error");

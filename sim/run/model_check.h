@@ -28,20 +28,22 @@ std::optional<Scene> with_elements(const Scene& scene, const std::vector<EffectS
 inline constexpr std::string_view misfit_words = "its modes are those of";
 
 struct ModelCheckOptions {
-  double asked = 1e-2;                // error of an output that is tolerated, relative to its range
-  double budget = 1.0;                // CPU s; a check that takes longer is given up
-  NeglectOptions run;                 // the run, its tolerances and errors; budget and confirm_above unused
-  std::vector<size_t> unjudged = {};  // beams whose number of elements or modes nothing else has judged
-  std::vector<size_t> may_tip = {};   // beams of few elements perhaps (coarse_beams.h: beams_that_may_tip)
+  double asked = 1e-2;                       // error of an output that is tolerated, relative to its range
+  double budget = 1.0;                       // CPU s; a check that takes longer is given up
+  NeglectOptions run;                        // the run, its tolerances and errors; budget and confirm_above unused
+  std::vector<size_t> unjudged = {};         // beams whose number of elements or modes nothing else has judged
+  std::vector<size_t> between_samples = {};  // beams of few elements perhaps, by how they vibrate there (coarse_beams.h)
+  std::vector<size_t> may_tip = {};          // beams of few elements perhaps (coarse_beams.h: beams_that_may_tip)
 };
 
 // CPU s for a check beside a run of so many: volumes cost a few times as much as one frame, and the check is made only where a wrong result
 // is likely.
 inline double model_check_budget(double run) { return std::max(1.0, 20.0 * run); }
 
-// Checks beams of certain forms, those that are unjudged by twice their elements, those that may tip by half of them, and the beams of
-// `limits` whose error may be above what is asked, and says what was found: warnings for what is worth more, with what keeps it, notes for
-// the rest. What cannot be measured is warned of by its estimate. base: histories of the scene itself at options.run.tolerance.
+// Checks beams of certain forms, those that are unjudged, or fast between samples, by twice their elements, those that may tip by half of
+// them, and the beams of `limits` whose error may be above what is asked, and says what was found: warnings for what is worth more, with
+// what keeps it, notes for the rest. What cannot be measured is warned of by its estimate. base: histories of the scene itself at
+// options.run.tolerance.
 void check_models(const Scene& scene, const std::vector<EffectState>& states, const std::vector<LinearLimit>& limits, const Histories& base,
                   const ModelCheckOptions& options, SolverStatistics& out);
 

@@ -68,6 +68,9 @@ bool is_deformation(const LeftOutWorth& w) { return w.effect != "stiffening" && 
 // Where forces are read, what gives way inside shifts them from one support to another: a pair of runs tells that, also at rest.
 bool shifts_forces(const LeftOutWorth& w, double asked) { return w.possible && w.inside > 0.5 * asked && w.share < asked; }
 
+// Estimates of what elements are worth (coarse_beams.h) are lower than the truth by no more than that, as a rule.
+constexpr double sure_of_coarse = 0.8;
+
 // A second, looser run: the error of time, what is of second order and left out, and what the models cannot show. True if the latter were
 // measured.
 bool estimate(const Scene& scene, const SimulateOptions& options, Alone& alone, bool models, Results& results) {
@@ -105,6 +108,7 @@ bool estimate(const Scene& scene, const SimulateOptions& options, Alone& alone, 
     // Also where no output moves: another model's may.
     ModelCheckOptions richer{unasked_accuracy, model_check_budget(results.statistics.cpu_seconds), check};
     richer.may_tip = beams_that_may_tip(scene, alone.effects, results);
+    richer.between_samples = beams_between_samples(scene, alone.effects, results, sure_of_coarse * unasked_accuracy);
     check_models(scene, alone.effects, alone.limits, base, richer, results.statistics);
   }
   // A second run of the same length is made of short ones only.
@@ -207,9 +211,6 @@ void forget_misfits(const Notes& notes, std::vector<LeftOutWorth>& worth) {
   };
   std::erase_if(worth, [&](const LeftOutWorth& w) { return std::all_of(w.owners.begin(), w.owners.end(), misfit); });
 }
-
-// Estimates of what elements are worth (coarse_beams.h) are lower than the truth by no more than that, as a rule.
-constexpr double sure_of_coarse = 0.8;
 
 // into: how far the bodies were bent, unchecked; null: it is checked here. called: what beams with automatic effects turn out to need; then
 // nothing more is done with the run.

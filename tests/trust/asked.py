@@ -36,6 +36,7 @@ def main():
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--kind", action="append", default=[])
     parser.add_argument("--limit", type=int, default=95, help="CPU seconds a run may take")
+    parser.add_argument("--truth-limit", type=int, default=300, help="CPU seconds a truth may take; a scene without one has no verdict")
     parser.add_argument("--table", type=pathlib.Path)
     parser.add_argument("--truths", type=pathlib.Path, help="folder in which histories of the truth are kept, for the next build")
     args = parser.parse_args()
@@ -58,10 +59,10 @@ def main():
                 print(f"{verdict}: {kind.__name__} {number}, {accuracy:g}, {cpu:.1f} CPU s; {said[-1][:200] if said else ''}", flush=True)
                 continue
             s = summary["simulation"]
-            code, truth = follow(program, scene.truth, scene.truth_words, 10 * args.limit, args.truths)
+            code, truth = follow(program, scene.truth, scene.truth_words, args.truth_limit, args.truths)
             error = compare(scene, history, truth)[0] if code == 0 else float("nan")
             if error > accuracy and not s["warnings"]:
-                code, other = follow(program, scene.truth, scene.confirm_words, 10 * args.limit, args.truths)
+                code, other = follow(program, scene.truth, scene.confirm_words, args.truth_limit, args.truths)
                 if code == 0 and compare(scene, other, truth)[0] > 0.5 * error:
                     error = float("nan")  # the richer model by two methods differs as much
             estimate = s["error_estimate"]["relative"]

@@ -414,3 +414,30 @@ def struck_shaft():
             {},
             f"{length} m, {periods} periods, {elements} elements",
         )
+
+
+@case("a cantilever pushed for a third of a period, of 1 to 10 elements, seen 20 times a period or less than once: told where they are few")
+def few_samples():
+    L, h, F, periods = 1.0, 0.01, 0.05, 12
+    A, I = h * h, h**4 / 12
+    T = 2 * math.pi * L**2 / 3.516 * math.sqrt(RHO * A / (E * I))
+    M, K = beam_matrices(L, E * I, RHO * A, kGA=5 / 6 * G * A, rhoI=RHO * I)
+    push = F * np.eye(len(M))[-2]
+
+    def truth(t):
+        tip = (after_a_step(M, K, push, t) - after_a_step(M, K, push, np.maximum(t - 0.3 * T, 0.0)))[:, -2]
+        return {"tip": np.c_[0 * t, tip, 0 * t]}
+
+    section = f'{{ shape = "rectangle", height = {h}, width = {h} }}'
+    for elements in (1, 2, 3, 10):
+        for samples in (20, 1.3, 0.37):
+            yield Scene(
+                simulation(periods * T, samples / T, tolerance=1e-8)
+                + beam("arm", L, section, STEEL, f"elements = {elements}")
+                + weld("clamp", "ground", "arm")
+                + force("force", "arm.tip", f"t < {0.3 * T!r} ? {F} : 0", (0, 1, 0))
+                + output("tip", "arm.tip", "displacement"),
+                truth,
+                {},
+                f"{elements} elements, {samples} samples a period",
+            )
