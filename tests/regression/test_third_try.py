@@ -309,7 +309,7 @@ def dc_motor(folder):
 
 
 def catenary(folder):
-    """A chain of twelve links between two hooks at rest: at every pin the pulls across are one, and upwards they differ by a link's weight."""
+    """Twelve links between two hooks at rest: all pins carry one pull across, and upwards they differ by a link's weight."""
     n, l, m, span = 12, 0.1, 0.25, 0.9
     text = head(0.01, more='start = "static"') + ground(f"left = [0, 0, 0], right = [{span}, 0, 0]")
     for k in range(n):
@@ -362,7 +362,7 @@ def geared_shafts(folder):
 
 
 def overhung(folder):
-    """A disc at the end of a light shaft that turns: four whirls, by the shaft's stiffness against force and moment (a Campbell diagram)."""
+    """A disc at the end of a light shaft that turns: four whirls, by the shaft's stiffness against force and moment (Campbell)."""
     L, d, m, Jp, Jt = 0.4, 0.02, 8.0, 0.06, 0.033
     EI = 2.1e11 * pi * d**4 / 64
     text = head(1, "[0, 0, 0]") + "[parameters]\nW = 0\n"

@@ -1,5 +1,5 @@
-"""Mechanisms written as text, as a reader of SCENE.md writes them, for the tests that try many: what a scene begins with, bodies, a run that
-may say no warning, and truths by geometry and scipy."""
+"""Mechanisms written as text, as a reader of SCENE.md writes them, for the tests that try many: what a scene begins with, bodies, a run
+that may say no warning, and truths by geometry and scipy."""
 import numpy as np
 from arrays import off
 from program import expect, history, run
