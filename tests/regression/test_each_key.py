@@ -275,8 +275,10 @@ value = 0
 ]
 
 
-def recipes():
+def recipes(folder):
+    """The scenes of RECIPES.md; the mesh of one of them is put into the folder."""
     page = (source / "sim" / "RECIPES.md").read_text()
+    (folder / "wedge.obj").write_text(page.split("```obj\n")[1].split("```")[0])
     return [part.split("```")[0] for part in page.split("```toml\n")[1:]]
 
 
@@ -394,7 +396,7 @@ with temporary_folder() as folder:
     folder = pathlib.Path(folder)
     tried, jobs = set(), []
     # inline tables stand on one line, as TOML has them; here they are broken for the page
-    for number, text in enumerate(recipes() + scenes_of_words() + [re.sub(r"\\\n\s*", "", text) for text in rest]):
+    for number, text in enumerate(recipes(folder) + scenes_of_words() + [re.sub(r"\\\n\s*", "", text) for text in rest]):
         good = checked(folder, f"good{number}", text)
         expect(good.returncode == 0, f"a scene that should be right is refused: {good.stderr}\n{text[:300] if good.returncode else ''}")
         lines = text.split("\n")

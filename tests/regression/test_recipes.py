@@ -1,4 +1,5 @@
 """The scenes of sim/RECIPES.md as they stand on the page: each runs without a warning and gives what the formula beside it says."""
+import json
 import math
 import pathlib
 import re
@@ -65,6 +66,8 @@ def supported_beam(folder):
     sag = 5 * 7850 * 0.04 * 0.02 * 9.81 * 2**4 / (384 * 210e9 * inertia)
     # The middle of a beam whose tip slides in also follows its own shortening, of second order.
     near(-h["sag.y"][0], sag, 2e-3 * sag, "supported beam, sag of the middle")
+    near(-h["chord.y"][0], sag, 2e-3 * sag, "supported beam, its middle from the chord")
+    near(h["tangent.y"][0], 0.6 * sag, 5e-3 * sag, "supported beam, its middle from the root's tangent")
 
 
 def cantilever(folder):
@@ -166,6 +169,24 @@ def snap(folder):
     near(float(said.split("limit point  load ")[1].split(",")[0]), wanted, 1e-6, "truss, limit load")
 
 
+def mesh(folder):
+    (folder / "wedge.obj").write_text(re.search(r"```obj\n(.*?)```", page, re.S).group(1))
+    expect("120" in run("info", folder / "wedge.obj").stdout, "the wedge's size")
+    h = simulate("Your own mesh", folder)
+    # A pendulum: energy between the start and the end, by the inertia about the pin.
+    place = lambda a: (0.02 * math.sin(a) - 0.06 * math.cos(a)) * 0.5 * 9.81
+    about, step = 4e-4 + 0.5 * (0.02**2 + 0.06**2), h["t"][1] - h["t"][0]
+    rate = [(h["angle"][k + 1] - h["angle"][k - 1]) / (2 * step) for k in range(1, len(h["t"]) - 1)]
+    energy = [about * w**2 / 2 + place(a) for w, a in zip(rate, h["angle"][1:])]
+    near(max(abs(e - place(math.radians(40))) for e in energy), 0, 1e-5, "wedge, change of its energy (J of 0.4 J)")
+    run("run", folder / "scene.toml", "-o", folder / "out", "--size", "160x120", "--no-video", "--frames", "0:1")
+    run("export", folder / "out" / "results.h5", "--to", "gltf", "-o", folder / "wedge.gltf")
+    corners = [a for a in json.loads((folder / "wedge.gltf").read_text())["accessors"] if a["type"] == "VEC3" and "min" in a]
+    wanted = ([0, -0.14, -0.01], [0.06, -0.02, 0.01])
+    found = [max(abs(x - y) for ends, key in zip(wanted, ("min", "max")) for x, y in zip(ends, a[key])) for a in corners]
+    expect(min(found) < 1e-6, f"wedge, its corners in the body's axes: {found}")
+
+
 with temporary_folder() as folder:
     folder = pathlib.Path(folder)
     for recipe in (
@@ -185,6 +206,7 @@ with temporary_folder() as folder:
         mast,
         winch,
         snap,
+        mesh,
     ):
         recipe(folder)
 expect(checked == set(recipes), f"recipes without a check: {set(recipes) - checked}")
