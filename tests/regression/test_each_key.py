@@ -1,4 +1,4 @@
-"""Every key of SCENE.md misspelt and mistyped: exit 2, and a sentence with file, line and key.
+"""Every key of SCENE.md misspelt and mistyped, and every word among its values misspelt: exit 2, and a sentence with file, line and key.
 
 The scenes are those of RECIPES.md and test_every_word.py, and two that have the remaining keys. Each pair of table (with its kind) and key
 is tried once.
@@ -14,6 +14,7 @@ from program import expect, finish, flexframe, source, temporary_folder
 rest = [
     r"""
 title = "All that is left of joints and beams"
+include = "more.toml"
 [simulation]
 duration = 0.01
 output_rate = 1000
@@ -47,7 +48,7 @@ name = "chain"
 kind = "beam"
 model = "lumped"
 length = 1
-section = { shape = "circle", diameter = 0.01 }
+section = { shape = "tube", outer_diameter = 0.02, inner_diameter = 0.01 }
 material = { density = 2700, youngs_modulus = 70e9 }
 curvature_coupling = true
 initial = { static = false }
@@ -81,11 +82,15 @@ density = 2700
 shapes = [{ shape = "box", size = [0.1, 0.1, 0.1], position = [0, 0, 0], rotation = [0, 0, 0.1], color = "#cc3311", \
     density = 1000 }, { shape = "gear", radius = 0.1, teeth = 20, thickness = 0.01, inner_radius = 0.01 }, { shape = "link", \
     from = "origin", to = [1, 0, 0], width = 0.1, thickness = 0.01, hole = 0.05, axis = [0, 0, 1] }, { shape = "spring", \
-    length = 0.1, radius = 0.02, wire = 0.002, turns = 5 }]
+    length = 0.1, radius = 0.02, wire = 0.002, turns = 5 }, { shape = "plate", size = [0.1, 0.1], thickness = 0.01 }, \
+    { shape = "disc", radius = 0.1, inner_radius = 0.05, thickness = 0.01 }, { shape = "sphere", radius = 0.1 }, { shape = "cylinder", \
+    radius = 0.1, inner_radius = 0.05, length = 0.1 }, { shape = "capsule", radius = 0.1, from = "origin", to = [1, 0, 0] }]
 [[body]]
 name = "port"
 kind = "statespace"
 mass = 1
+mesh = { file = "wedge.obj", unit = "mm", scale = 1, position = [0, 0, 0], rotation = { quaternion = [1, 0, 0, 0] } }
+drawing = { ghost = "body" }
 inertia = [1, 1, 1]
 omega = [[100]]
 gamma = [[0.1]]
@@ -111,6 +116,7 @@ name = "clamp 3"
 kind = "weld"
 parent = "ground"
 child = "steps"
+rotation = { matrix = [[0, -1, 0], [1, 0, 0], [0, 0, 1]] }
 [[joint]]
 name = "clamp 4"
 kind = "weld"
@@ -276,9 +282,10 @@ value = 0
 
 
 def recipes(folder):
-    """The scenes of RECIPES.md; the mesh of one of them is put into the folder."""
+    """The scenes of RECIPES.md; the files that these and `rest` name are put into the folder."""
     page = (source / "sim" / "RECIPES.md").read_text()
     (folder / "wedge.obj").write_text(page.split("```obj\n")[1].split("```")[0])
+    (folder / "more.toml").write_text("[parameters]\nmore = 1\n")
     return [part.split("```")[0] for part in page.split("```toml\n")[1:]]
 
 
@@ -304,6 +311,10 @@ def table_of(lines, at):
         found = re.match(r'(kind|model|shape) = "(.*)"', line)
         kind += " " + found.group(2) if found else ""
     return header, lines[header].strip("[]") + kind
+
+
+# Keys whose text is free.
+FREE = ("name", "title", "description", "unit")
 
 
 def value_end(line, at):
@@ -339,6 +350,13 @@ def mutants(text):
                 end = value_end(line, inner.end())
                 keys.append((inner.group(1), inner.span(1), line[inner.end() : end], (inner.end(), end), inside))
         for word, (a, b), value, (c, d), inside in keys:
+            # Words among the values: kinds, shapes, quantities, names of what is meant.
+            for inner in re.finditer(r'"([a-z][a-z_-]{2,})"', value) if "{" not in value and word not in FREE else ():
+                other = inner.group(1)[:-1] + ("z" if inner.group(1)[-1] != "z" else "s")
+                at_word = (c + inner.start(1), c + inner.end(1))
+                yield ("misnamed", table, inside, f"{word} {inner.group(1)}"), other, line[: at_word[0]] + other + line[
+                    at_word[1] :
+                ], header, at
             wrong = word[:-2] + word[-1] + word[-2] if len(word) > 3 and word[-1] != word[-2] else word + "z"
             yield ("misspelt", table, inside, word), wrong, line[:a] + wrong + line[b:], header, at
             wrong = '"blue"' if value.strip() in ("true", "false") else "true"
@@ -413,8 +431,7 @@ with temporary_folder() as folder:
         expect(any(header + 1 <= n <= at + 1 for n in named), f"{what}: lines {named}, wanted {header + 1} to {at + 1}: {says}")
         expect(word in says, f"{what}: '{word}' is not in: {says}")
     walked = {what[3] for what in tried}
-    # names of files, which these scenes do not have, and the renderer's table
-    missing = {k for k in documented_keys() if k not in walked} - {"file", "mesh", "drawing"}
+    missing = documented_keys() - walked
     expect(not missing, f"keys of SCENE.md that no scene here has: {sorted(missing)}")
-    print(f"{len(jobs)} wrong scenes, {len(walked)} keys")
+    print(f"{len(jobs)} wrong scenes, {len(walked)} keys and words")
 finish()
