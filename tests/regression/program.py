@@ -7,8 +7,8 @@ import sys
 import tempfile
 
 sys.path.append(str(pathlib.Path(__file__).parents[1]))
-flexframe = sys.argv[1]
-source = pathlib.Path(sys.argv[2])
+flexframe = str(pathlib.Path(sys.argv[1]).resolve())
+source = pathlib.Path(sys.argv[2]).resolve()
 examples = source / "examples"
 
 # What a test runs is made, not remembered from another run.
