@@ -221,6 +221,7 @@ Command add_check(Program& program) {
   return {app, [words] {
             const Job job = read_job(words->scene, words->settings);
             sim::System system = sim::make_system(job.scene);
+            system.notes.tell(job.mesh_notes);
             system.notes.append(sim::expected_turns(system, sim::unasked_accuracy));
             sim::warn_of_leaving_plane(job.scene, sim::effect_states(job.scene, system.model), system.notes);
             const sim::Linearisation linear = sim::linearise(system);

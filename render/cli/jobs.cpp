@@ -246,7 +246,11 @@ Job read_job(const fs::path& scene_file, const std::vector<std::string>& setting
   job.settings = film::read_render_settings(document);
   film::check_render_settings(job.settings, job.scene);
   for (const sim::BodyDef& body : job.scene.bodies)
-    if (body.mesh) check_mesh_size(job.scene, body, render::read_mesh(*body.mesh));
+    if (body.mesh) {
+      const render::Mesh mesh = render::read_mesh(*body.mesh);
+      check_mesh_size(job.scene, body, mesh);
+      for (const std::string& warning : mesh.warnings) job.mesh_notes.push_back(fmt::format("{}: {}", body.name, warning));
+    }
   return job;
 }
 

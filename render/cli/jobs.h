@@ -48,6 +48,7 @@ std::string color_by_help();
 struct Job {
   sim::Scene scene;
   film::RenderSettings settings;
+  std::vector<std::string> mesh_notes;  // what of the bodies' meshes was mended or is not drawn
 };
 // settings: those of --set (sim/scene/document.h). words: their keys of [render] count before the scene's.
 Job read_job(const std::filesystem::path& scene_file, const std::vector<std::string>& settings = {}, const RenderWords* words = nullptr);

@@ -169,6 +169,18 @@ child = "b"
     expect("WARNING" not in run("check", scene).stderr, "a mesh with its unit fits")
 
 
+def materials(folder):
+    """A material library that is not there, and textures, are told of by check as by run."""
+    scene = folder / "materials.toml"
+    (folder / "tex.mtl").write_text("newmtl red\nKd 0.8 0.1 0.1\nmap_Kd wood.png\n")
+    for library, words in (("none.mtl", "its material library none.mtl is not there"), ("tex.mtl", "its textures are not drawn")):
+        (folder / "seen.obj").write_text(f"mtllib {library}\nv 0 0 0\nv 0.4 0 0\nv 0 0.1 0\nusemtl red\nf 1 2 3\n")
+        scene.write_text(simulation(0.1) + rigid("b", mass=1, inertia=[0.1, 0.1, 0.1], mesh="seen.obj") + joint("j", "weld", "ground", "b"))
+        for command in (("check", scene), ("run", scene, "-o", folder / "o", "--size", "160x120", "--no-video", "--frames", "0:1")):
+            said = run(*command)
+            expect("b: " in said.stdout and words in said.stdout, f"{command[0]}: {words!r} is not in {said.stdout!r} {said.stderr!r}")
+
+
 def errors(folder):
     scene = folder / "wrong.toml"
 
@@ -198,5 +210,6 @@ with tempfile.TemporaryDirectory() as name:
     asked(here)
     placed_mesh(here)
     wrong_unit(here)
+    materials(here)
     errors(here)
 finish()
