@@ -63,17 +63,24 @@ class Carried {
   Mat3 axes_ = Mat3::Identity();
 };
 
-// Pose of a piece in the axes in which the curve is given.
-Pose chord_pose(const BeamDef& beam, int k) {
-  const double from = piece_start(beam, k), to = from + piece_length(beam, k);
-  const Vec3 a = beam.axis->at(from).place, b = beam.axis->at(to).place;
-  Pose out;
-  out.R = Carried(*beam.axis).chord(0.5 * (from + to), b - a);
-  out.p = a;
-  return out;
+double chord_length(const BeamDef& beam, int k) {
+  const double from = piece_start(beam, k);
+  return (beam.axis->at(from + piece_length(beam, k)).place - beam.axis->at(from).place).norm();
 }
 
 }  // namespace
+
+Pose chord_pose(const BeamDef& beam, int k) {
+  const double from = piece_start(beam, k), length = piece_length(beam, k);
+  const Vec3 a = beam.axis->at(from).place, b = beam.axis->at(from + length).place, along = (b - a).normalized();
+  Vec3 beside = Vec3::Zero();
+  for (const auto& [share, weight] : {std::pair{0.25, 1.0 / 3.0}, {0.5, 1.0 / 6.0}, {0.75, 1.0 / 3.0}})
+    beside += weight * (beam.axis->at(from + share * length).place - a - share * (b - a));
+  Pose out;
+  out.R = Carried(*beam.axis).chord(from + 0.5 * length, b - a);
+  out.p = a + beside - beside.dot(along) * along;
+  return out;
+}
 
 double piece_start(const BeamDef& beam, int k) {
   if (beam.model == BeamModel::lumped) return k == 0 ? 0.0 : (k - 0.5) * (beam.length / beam.elements);
@@ -119,10 +126,16 @@ Mat3 tangent_in_piece(const BeamDef& beam, int k, double s) {
 }
 
 Vec3 place_on_axis(const BeamDef& beam, double s) {
-  const auto [k, share] = locate_piece(beam, s);
   if (!beam.axis) return {s * beam.length, 0.0, 0.0};
-  const Pose pose = piece_pose(beam, k);
-  return pose.p + pose.R * Vec3(share * piece_of(beam, k, 0.0).length, 0.0, 0.0);
+  const Pose first = chord_pose(beam, 0);
+  return first.R.transpose() * (beam.axis->at(s * beam.length).place - first.p);
+}
+
+Vec3 beside_piece(const BeamDef& beam, int k, double s) {
+  if (!beam.axis) return Vec3::Zero();
+  const Pose pose = chord_pose(beam, k);
+  const double share = (s * beam.length - piece_start(beam, k)) / piece_length(beam, k);
+  return pose.R.transpose() * (beam.axis->at(s * beam.length).place - pose.p) - Vec3(share * chord_length(beam, k), 0.0, 0.0);
 }
 
 std::pair<int, double> locate_piece(const BeamDef& beam, double s) {
@@ -148,8 +161,13 @@ BeamDef piece_of(const BeamDef& beam, int k, double time_constant) {
   BeamDef out = beam;
   const int pieces = piece_count(beam);
   out.length = beam.stations.empty() ? beam.length / pieces : piece_length(beam, k);
-  // Its chord: what the curve is longer is the error of straight pieces.
-  if (beam.axis) out.length = (beam.axis->at(piece_start(beam, k) + out.length).place - beam.axis->at(piece_start(beam, k)).place).norm();
+  if (beam.axis) {
+    // Along its chord, with the mass and the flexibility of the curve, which is longer.
+    const double chord = chord_length(beam, k);
+    out.material.density *= out.length / chord;
+    out.material.youngs_modulus *= chord / out.length;
+    out.length = chord;
+  }
   out.section = piece_section(beam, k);
   out.stations.clear();
   out.axis = nullptr;

@@ -48,8 +48,9 @@ SectionForces::SectionForces(const Model& model, const Scene& scene) : at_(model
     beam.part = static_cast<int>(i);
     beam.body = part.scene_body;
     const Section section = piece_section(*def, part.piece);
-    beam.mass_per_length = def->material.density * section.area;
-    beam.polar_inertia = def->material.density * mass_moments(section).head<2>().sum();
+    if (def->axis) beam.longer = piece_length(*def, part.piece) / piece_of(*def, part.piece, 0.0).length;
+    beam.mass_per_length = beam.longer * def->material.density * section.area;
+    beam.polar_inertia = beam.longer * def->material.density * mass_moments(section).head<2>().sum();
     const double length = part.body.mass / beam.mass_per_length, same = 1e-9 * def->length;
     std::vector<double> x{0.0, length};
     std::vector<int> nodes;
@@ -70,7 +71,11 @@ SectionForces::SectionForces(const Model& model, const Scene& scene) : at_(model
       for (int p = 0; p < pieces; ++p) beam.x.push_back(start + span * p / pieces);
     }
     beam.x.push_back(x.back());
-    for (const double place : beam.x) add_shapes(part, nodes, place, beam);
+    for (const double place : beam.x) {
+      add_shapes(part, nodes, place, beam);
+      const double s = def->axis ? (piece_start(*def, part.piece) + place * beam.longer) / def->length : 0.0;
+      beam.beside.push_back(beside_piece(*def, part.piece, s));
+    }
     for (size_t f = 0; f < model.frames.size(); ++f) {
       if (model.frames[f].part != beam.part) continue;
       const double place = std::clamp(place_of(model, static_cast<int>(f)), 0.0, length);
@@ -117,7 +122,7 @@ void SectionForces::collect(const Model& model, Work& work, const Reactions& rea
 void SectionForces::cut(const Model& model, const Work& work, size_t beam) {
   CutBeam& b = beams_[beam];
   const PartWork& p = work.parts[b.part];
-  const Vec3 w = p.V.tail<3>(), spin = p.A.tail<3>(), applied = load_per_length(model, work, b.part);
+  const Vec3 w = p.V.tail<3>(), spin = p.A.tail<3>(), applied = b.longer * load_per_length(model, work, b.part);
   // Per length at a place: applied load less inertia, and the moment of the sections' own inertia about the axis.
   const auto along = [&](size_t k, double& twist) {
     Vec3 a = p.A.head<3>() + spin.cross(b.place[k]) + w.cross(Vec3(p.V.head<3>() + w.cross(b.place[k])));
@@ -158,9 +163,11 @@ void SectionForces::evaluate(const Model& model, Work& work, const Reactions& re
     for (size_t k = 0; k < b.x.size(); ++k) {
       b.place[k] = Vec3(b.x[k], 0.0, 0.0);
       b.axes[k].setIdentity();
-      if (q.size() == 0) continue;
-      b.place[k] += b.phi[k] * q;
-      b.axes[k] = rotation_exp(b.psi[k] * q);
+      if (q.size() > 0) {
+        b.place[k] += b.phi[k] * q;
+        b.axes[k] = rotation_exp(b.psi[k] * q);
+      }
+      b.place[k] += b.axes[k] * b.beside[k];
     }
   }
   collect(model, work, reactions);

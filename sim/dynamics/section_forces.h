@@ -17,6 +17,8 @@ struct CutBeam {
   double mass_per_length = 0.0;  // kg/m
   double polar_inertia = 0.0;    // rho (Iy + Iz), kg m
   std::vector<double> x;         // m from the part's root: its nodes, what joints and loads hold, and points between them
+  double longer = 1.0;           // length of a curved axis over that of the part, which is its chord
+  std::vector<Vec3> beside;      // from the part's axis to the curved one, at each place
   std::vector<MatX> phi, psi;    // 3 x n a place: displacement and rotation per elastic coordinate (straight between nodes)
   // Of the state last evaluated: place and axes of every section in the part's body frame, and the wrench that the outboard side exerts on
   // the inboard one [N Vy Vz T My Mz] about the section's centre, section axes, at both ends of every interval (N, Nm; tension positive).

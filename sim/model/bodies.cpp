@@ -395,7 +395,11 @@ std::vector<ChainJoint> make_parts(Model& model, const Scene& scene) {
       const int here = static_cast<int>(model.parts.size()) - 1;
       ChainJoint j;
       model.frames.push_back(FramePoint{here - 1, -1, {}, "tip", model.parts[here - 1].name + ".tip"});
-      if (beam->axis) model.frames.back().offset.R = piece_pose(*beam, k - 1).R.transpose() * piece_pose(*beam, k).R;
+      if (beam->axis) {
+        Pose end = piece_pose(*beam, k - 1);
+        end.p += end.R.col(0) * piece_of(*beam, k - 1, 0.0).length;
+        model.frames.back().offset = compose(inverse(end), piece_pose(*beam, k));
+      }
       j.frame_a = static_cast<int>(model.frames.size()) - 1;
       model.frames.push_back(FramePoint{here, -1, {}, "root", part.name + ".root"});
       j.frame_b = static_cast<int>(model.frames.size()) - 1;
@@ -424,11 +428,11 @@ FramePoint find_frame(const Model& model, const Scene& scene, int body, const st
     return f;
   }
   if (const auto* beam = std::get_if<BeamDef>(&def.kind)) {
-    // Frames of a curved beam look along its tangent, unless they are turned.
+    // Frames of a curved beam stand on it and look along its tangent, unless they are turned.
     const auto in_piece = [&](int k, const std::string& node, double s) {
       f.part = part_of(model, body, k);
       f.node_name = node;
-      f.offset.R = tangent_in_piece(*beam, k, s);
+      f.offset = {tangent_in_piece(*beam, k, s), beside_piece(*beam, k, s)};
       if (def.frame_axes.contains(frame)) f.offset.R = f.offset.R * frame_axes(def, frame);
       return f;
     };

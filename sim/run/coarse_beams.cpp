@@ -216,7 +216,7 @@ Vec3 largest_deflection(const ResultBody& body) {
   return out;
 }
 
-// By how much of the deflection straight pieces along the chords of a curved axis are off, at rest under that force at one end which
+// By how much of the deflection the straight pieces of a curved axis are off, at rest under that force at one end which
 // bends it there as the run did. Directions in which the end gives way twenty times less than in others are left to the effects that
 // count there.
 double missed_by_chords(const BeamDef& beam, const std::string& owner, const std::vector<EffectState>& effects, bool held_at_root,
@@ -234,10 +234,11 @@ double missed_by_chords(const BeamDef& beam, const std::string& owner, const std
     axes = turned(axes, at.tangent.normalized());
     curved.add(beam.length / places, s, at.place, axes);
     while (done < piece_count(beam) && piece_start(beam, done) + 0.5 * piece_length(beam, done) <= (i + 1.0) / places * beam.length) {
-      const double from = piece_start(beam, done), to = from + piece_length(beam, done);
-      const Vec3 a = curve.at(from).place, chord = curve.at(to).place - a;
+      const double length = piece_length(beam, done), middle = (piece_start(beam, done) + 0.5 * length) / beam.length;
+      const Pose pose = chord_pose(beam, done);
+      const Vec3 chord = piece_of(beam, done, 0.0).length * pose.R.col(0);
       for (const double share : {0.5 - 0.5 / std::numbers::sqrt3, 0.5 + 0.5 / std::numbers::sqrt3})  // Gauss: exact for straight pieces
-        pieces.add(0.5 * chord.norm(), 0.5 * (from + to) / beam.length, a + share * chord, turned(axes, chord.normalized()));
+        pieces.add(0.5 * length, middle, pose.p + share * chord, turned(axes, pose.R.col(0)));
       ++done;
     }
   }
