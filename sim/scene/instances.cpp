@@ -36,8 +36,8 @@ struct Copy {
   Mat3 turn = Mat3::Identity();
 };
 
-// "{expression}" in names and words.
-std::string fill(const Copy& copy, const std::string& text) {
+// "{expression}" in names and words; in expressions a number stands in brackets.
+std::string fill(const Copy& copy, const std::string& text, bool expression = false) {
   std::string out;
   for (std::size_t at = 0; at < text.size();) {
     const std::size_t open = text.find('{', at), close = text.find('}', at);
@@ -52,7 +52,8 @@ std::string fill(const Copy& copy, const std::string& text) {
     } else {
       try {
         const double x = copy.all.number(inner, nullptr);
-        out += x == std::round(x) && std::abs(x) < 1e15 ? fmt::format("{:.0f}", x) : fmt::format("{}", x);
+        const std::string number = x == std::round(x) && std::abs(x) < 1e15 ? fmt::format("{:.0f}", x) : fmt::format("{}", x);
+        out += expression ? "(" + number + ")" : number;
       } catch (const InputError& error) {
         copy.instance->fail(fmt::format("makes no word of {} in its group: {}", quote(text), error.what()));
       }
@@ -81,7 +82,7 @@ void rewrite(const Copy& copy, TomlValue& value, const std::string& key, bool wo
   if (value.type == Type::text) {
     if (!words) {
       try {
-        value.text = name_readings(copy, copy.own.substitute(value.text));
+        value.text = name_readings(copy, copy.own.substitute(fill(copy, value.text, true)));
       } catch (const InputError& error) {
         copy.instance->fail(error.what());
       }

@@ -212,6 +212,63 @@ parameters = { L = "mass/8", carrier = "p1:rod.tip" }
     expect("circle" in message and "b.toml" in message, f"a circle of includes: {message}")
 
 
+def words_in_expressions(folder):
+    """A word of a group in an expression, the name of an output outside; {i} there is what i is."""
+    text = (
+        head
+        + """[[group]]
+name = "follower"
+parameters = { leader = "none", gain = 2 }
+[[group.body]]
+name = "cart"
+kind = "rigid"
+mass = 1
+[[group.joint]]
+name = "rail"
+kind = "prismatic"
+parent = "ground"
+child = "cart"
+axis = [1, 0, 0]
+[[group.force]]
+kind = "force"
+on = "cart"
+direction = [1, 0, 0]
+value = "{gain}*{leader} + {i - 3}*t"
+[[group.output]]
+name = "x"
+of = "rail"
+quantity = "value"
+[[body]]
+name = "leader"
+kind = "rigid"
+mass = 1
+[[joint]]
+name = "leader"
+kind = "prismatic"
+parent = "ground"
+child = "leader"
+axis = [1, 0, 0]
+motion = "t^2"
+[[output]]
+name = "place"
+of = "leader"
+quantity = "value"
+[[instance]]
+group = "follower"
+name = "f"
+count = 2
+parameters = { leader = "place" }
+"""
+    )
+    h = simulate(folder, text)
+    for i in (1, 2):
+        worst = max(abs(x - (t**4 / 6 + (i - 3) * t**3 / 6)) for t, x in zip(h["t"], h[f"f{i}:x"]))
+        near(worst, 0, 1e-7, f"a word of a group in an expression, copy {i}")
+    message = simulate(folder, text.replace("{gain}", "{gian}"), code=2)
+    for word in ("scene.toml:", "gian"):
+        expect(word in message, f"a misspelt parameter in braces: {word!r} is missing in {message!r}")
+
+
 def four_bar(folder):
     # Ground 4, crank 1, coupler 3.5, rocker 2; from three digits, and each branch as asked. Closed: the distance law of the two circles.
     ground, crank, coupler, rocker = 4.0, 1.0, 3.5, 2.0
@@ -340,6 +397,7 @@ with temporary_folder() as folder:
     number_scenes(folder)
     rotations(folder)
     parts(folder)
+    words_in_expressions(folder)
     four_bar(folder)
     places(folder)
     relative_outputs(folder)
