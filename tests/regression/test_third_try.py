@@ -1,4 +1,4 @@
-"""Sixteen more mechanisms as a reader of SCENE.md writes them, numbers of three digits, against formulas and integrations of scipy."""
+"""Twenty-two more mechanisms as a reader of SCENE.md writes them, numbers of three digits, against formulas and integrations of scipy."""
 import json
 import math
 import pathlib
@@ -8,7 +8,8 @@ from program import expect, finish, near, run, temporary_folder
 from scene_text import coupling, force, joint, output
 from scipy.integrate import solve_ivp
 from scipy.linalg import eigvals, solve_continuous_are
-from scipy.optimize import fsolve
+from scipy.optimize import brentq, fsolve
+from scipy.spatial.transform import Rotation
 from written_scenes import ground, head, meet, ode, rigid, same, simulate, written
 
 sin, cos, pi, g = np.sin, np.cos, math.pi, 9.81
@@ -115,7 +116,118 @@ def delta(folder):
         same("delta", h, f"p.{axis}", np.array(truth)[:, k], 1e-8)
 
 
+# ---- gears and pendulums that are carried ----------------------------------------------------------------------------------------------
+
+
+def nested(folder):
+    """Sun and planet on an arm of an arm of a cart: the sun turns by -2.5 t against the arm that carries the planet."""
+    text = head(1, "[0, 0, 0]") + rigid("cart") + rigid("first", frames="end = [0.2, 0, 0]") + rigid("second", frames="end = [0.1, 0, 0]")
+    text += rigid("sun") + rigid("planet") + joint("cart", "prismatic", "ground", "cart", 'axis = [0, 1, 0]\nmotion = "0.1*sin(5*t)"')
+    text += joint("first", "revolute", "cart", "first", 'motion = "2*t"') + joint("sun", "revolute", "first.end", "sun", 'motion = "0.5*t"')
+    text += joint("second", "revolute", "first.end", "second", 'motion = "3*t"') + joint("planet", "revolute", "second.end", "planet")
+    text += coupling("teeth", "gear", ["sun", "planet"], teeth=[30, 20], carrier="second")
+    h = simulate(folder, "nested", text + output("p", "planet", "value") + output("w", "planet", "angular_velocity"))
+    same("nested", h, "p", 1.5 * 2.5 * h["t"], 1e-9)
+    same("nested", h, "w.z", 2 + 3 + 3.75, 1e-9)
+
+
+def belted(folder):
+    """A wheel at the end of a falling arm, joined to a wheel that stands by a belt of equal pulleys: it stays as it was turned."""
+    text = head(1) + rigid("arm", 1, "[0.05, 0.05, 0.05]", "end = [0.3, 0, 0]", "centre_of_mass = [0.15, 0, 0]")
+    text += rigid("wheel", 0.5, "[1e-3, 1e-3, 2e-3]") + rigid("fixed") + joint("fixed", "revolute", "ground", "fixed", 'motion = "0"')
+    text += joint("arm", "revolute", "ground", "arm") + joint("wheel", "revolute", "arm.end", "wheel")
+    text += coupling("belt", "gear", ["fixed", "wheel"], ratio=1, carrier="arm")
+    h = simulate(folder, "belted", text + output("a", "arm", "value") + output("w", "wheel", "angular_velocity"))
+    inertia, weight = 0.05 + 1 * 0.15**2 + 0.5 * 0.3**2, (1 * 0.15 + 0.5 * 0.3) * g
+    same("belted", h, "a", ode(lambda t, y: [y[1], -weight * cos(y[0]) / inertia], [0, 0], h["t"])[0], 1e-5)
+    same("belted", h, "w.z", 0, 1e-9)
+
+
+def wave(folder):
+    """Ten pendulums of one group, whose lengths follow from their numbers of swings in three seconds."""
+    text = head(3) + "[parameters]\nN = 10\nT = 3\n" + '[[group]]\nname = "pendulum"\nparameters = { L = 1 }\n'
+    text += '[[group.body]]\nname = "bob"\nkind = "rigid"\nmass = 0.1\ncentre_of_mass = [0, "-L", 0]\n'
+    text += '[[group.joint]]\nname = "pin"\nkind = "revolute"\nparent = "ground"\nchild = "bob"\ninitial = { value = "3 deg" }\n'
+    text += '[[group.output]]\nname = "a"\nof = "pin"\nquantity = "value"\n[[instance]]\ngroup = "pendulum"\nname = "w"\ncount = "N"\n'
+    text += 'position = "[0, 0, 0.1*i]"\nparameters = { L = "9.81*(T/(2 + i)/2/pi)^2" }\n'
+    h = simulate(folder, "wave", text)
+    for i in range(1, 11):
+        rate = (2 * pi * (2 + i) / 3) ** 2
+        same("wave", h, f"w{i}:a", ode(lambda t, y: [y[1], -rate * sin(y[0])], [math.radians(3), 0], h["t"])[0], 1e-5)
+
+
 # ---- motions under forces -------------------------------------------------------------------------------------------------------------
+
+
+def coin(folder):
+    """A coin that rolls round in a circle of 0.3 m, leaning by 15 degrees: the moment of its weight turns its angular momentum."""
+    m, r, lean, rho, k = 0.3, 0.05, math.radians(15), 0.3, 1e7
+    across, along = m * r * r / 4, m * r * r / 2
+    axis, up = np.array([cos(lean), 0, sin(lean)]), np.array([-sin(lean), 0, cos(lean)])
+    centre, touch = np.array([rho, 0, 0]) + r * up, np.array([rho, 0, 0])
+    z, arm = np.array([0, 0, 1.0]), touch - centre
+
+    def steady(W):
+        v = W * np.cross(z, centre)
+        spin = -(v + np.cross(W * z, arm))[1] / np.cross(axis, arm)[1]  # the touching point rests
+        w = W * z + spin * axis
+        momentum = across * w + (along - across) * (axis @ w) * axis
+        push = m * W * np.cross(z, v) + m * g * z
+        return (np.cross(arm, push) - W * np.cross(z, momentum))[1], v, w
+
+    W = brentq(lambda W: steady(W)[0], -8, -0.5)
+    _, v, w = steady(W)
+    turned = Rotation.from_matrix(np.column_stack([up, np.cross(axis, up), axis])).as_rotvec()
+    place = centre - np.array([0, 0, m * g / k])  # pressed in by its weight
+    start = f"value = {[float(x) for x in (*place, *turned)]}, rate = {[float(x) for x in (*v, *w)]}"
+    text = head(4, "[0, 0, -9.81]", "tolerance = 1e-8") + rigid("coin", m, f"[{across!r}, {across!r}, {along!r}]")
+    text += joint("flight", "free", "ground", "coin", f"initial = {{ {start} }}")
+    more = f'shape = "cylinder"\nradius = {r}\nstiffness = {k}\ndamping = 5\nfriction = {{ coefficient = 0.7 }}'
+    h = simulate(folder, "coin", text + force("contact", "coin", more) + output("p", "coin", "position"))
+    same("coin", h, "p.x", centre[0] * cos(W * h["t"]), 1e-5)
+    same("coin", h, "p.y", centre[0] * sin(W * h["t"]), 1e-5)
+    same("coin", h, "p.z", centre[2], 1e-6)
+
+
+def loose_pulley(folder):
+    """An elastic cable from a hook under a loose pulley and over a ring to a weight."""
+    m, M, k, c, rest = 1.5, 2.0, 5e3, 2.0, 6.3
+    text = head(2) + ground("hook = [-0.1, 2, 0], ring = [0.3, 2, 0]") + rigid("pulley", M) + rigid("weight", m)
+    text += joint("pulley", "prismatic", "ground", "pulley", "axis = [0, 1, 0]")
+    text += joint("weight", "prismatic", "ground", "weight", "axis = [0, 1, 0]\nposition = [0.3, 0, 0]")
+    more = f'from = "ground.hook"\nthrough = ["pulley", "ground.ring"]\nstiffness = {k}\ndamping = {c}\nrest = {rest}'
+    text += force("cable", "weight", more) + output("p", "pulley", "value") + output("w", "weight", "value")
+
+    def f(t, y):
+        left, right = math.hypot(0.1, 2 - y[0]), math.hypot(0.3, 2 - y[0])
+        lift = (2 - y[0]) / left + (2 - y[0]) / right
+        longer = left + right + 2 - y[2] - rest
+        pull = max(0.0, k * longer - c * (lift * y[1] + y[3])) if longer > 0 else 0.0
+        return [y[1], -g + pull * lift / M, y[3], -g + pull / m]
+
+    h = simulate(folder, "loose_pulley", text)
+    y = solve_ivp(f, (0, 2), [0, 0, 0, 0], t_eval=h["t"], rtol=1e-9, atol=1e-11, max_step=1e-3).y
+    same("loose_pulley", h, "p", y[0], 1e-5)
+    same("loose_pulley", h, "w", y[2], 1e-5)
+
+
+def sleeve(folder):
+    """A sleeve thrown along its spindle while it turns: friction against the slip of both together, until it rests."""
+    m, J, mu, N, r = 1.0, 0.002, 0.2, 20.0, 0.03
+    text = head(0.4, "[0, 0, 0]") + rigid("sleeve", m, f"[{J}, {J}, {J}]")
+    rub = f"friction = {{ coefficient = {mu}, normal_force = {N}, radius = {r} }}"
+    text += joint("spindle", "cylindrical", "ground", "sleeve", f"initial = {{ rate = [1.0, 40] }}\n{rub}") + output(
+        "c", "spindle", "value"
+    )
+
+    def f(t, y):
+        slip = math.hypot(y[2], r * y[3])
+        return [y[2], y[3], -mu * N * y[2] / slip / m, -mu * N * r * r * y[3] / slip / J] if slip > 1e-7 else [0, 0, 0, 0]
+
+    h = simulate(folder, "sleeve", text)
+    y = solve_ivp(f, (0, 0.4), [0, 0, 1, 40], t_eval=h["t"], rtol=1e-9, atol=1e-11, max_step=1e-3).y
+    same("sleeve", h, "c.1", y[0], 1e-5)
+    same("sleeve", h, "c.2", y[1], 1e-4)
 
 
 def kepler(folder):
@@ -388,7 +500,7 @@ with temporary_folder() as name:
     folder = pathlib.Path(name)
     for test in (geneva, bennett, tusi, rhombic, delta, kepler, foucault, turntable, half_pipe, stick_slip, maxwell):
         test(folder)
-    for test in (furuta, dc_motor, catenary, geared_shafts, overhung):
+    for test in (furuta, dc_motor, catenary, geared_shafts, overhung, nested, belted, wave, coin, loose_pulley, sleeve):
         test(folder)
-expect(len(set(written)) == 16, f"{len(set(written))} mechanisms")
+expect(len(set(written)) == 22, f"{len(set(written))} mechanisms")
 finish()
