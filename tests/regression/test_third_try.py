@@ -1,4 +1,5 @@
 """Twenty-two more mechanisms as a reader of SCENE.md writes them, numbers of three digits, against formulas and integrations of scipy."""
+import csv
 import json
 import math
 import pathlib
@@ -482,15 +483,19 @@ def overhung(folder):
     text += 'material = { density = 1, youngs_modulus = "210 GPa" }\neffects = ["bending_xy", "bending_xz", "stiffening"]\n'
     text += rigid("disc", m, f"[{Jp}, {Jt}, {Jt}]")
     text += joint("bearing", "revolute", "ground", "shaft", 'axis = [1, 0, 0]\nmotion = "W*t"') + joint("seat", "weld", "shaft.tip", "disc")
-    for W in (0.0, 200.0, 500.0):
-        found = frequencies(folder, "overhung", text, "--set", f"W={W}")
-        K = EI * np.array([[12 / L**3, -6 / L**2], [-6 / L**2, 4 / L]])
-        # Whirl w in the world: K - w^2 M + w W Jp on the tilt; forward w > 0, backward w < 0.
-        M, G = np.diag([m, Jt]), np.diag([0, Jp])
+    written.append("overhung")
+    (folder / "overhung.toml").write_text(text)
+    run("modes", folder / "overhung.toml", "--over", "W=0:500:6", "-o", folder / "campbell")
+    with open(folder / "campbell" / "overhung.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    expect((folder / "campbell" / "overhung.svg").read_text().startswith("<svg"), "overhung: no diagram")
+    K = EI * np.array([[12 / L**3, -6 / L**2], [-6 / L**2, 4 / L]])
+    M, G = np.diag([m, Jt]), np.diag([0, Jp])
+    for W in (0.0, 100.0, 200.0, 300.0, 400.0, 500.0):
+        found = sorted(float(row["frequency"]) for row in rows if float(row["W"]) == W)
+        # Whirl w in the world: w^2 M - w W G - K = 0; forward w > 0, backward w < 0. The program tells them as seen from the shaft: |w - W|.
         whole = np.block([[np.zeros((2, 2)), np.eye(2)], [np.linalg.solve(M, K), np.linalg.solve(M, W * G)]])
-        whirls = np.linalg.eigvals(whole).real  # w^2 M - w W G - K = 0
-        # The program tells them as seen from the shaft, which turns: |w - W|.
-        wanted = sorted(abs(w - W) / 2 / pi for w in whirls)
+        wanted = sorted(abs(w - W) / 2 / pi for w in np.linalg.eigvals(whole).real)
         expect(len(found) >= 4, f"overhung at {W} rad/s: {found}")
         for a, b in zip(found, wanted):
             near(a, b, 2e-3 * b, f"overhung: a whirl at {W} rad/s, Hz")
