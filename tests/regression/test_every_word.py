@@ -116,6 +116,7 @@ case(
     "constant-velocity joint",
     bent + joint("cv", "constant-velocity", "b", parent="a", more="initial = { guess = [0.5, 0] }"),
     {"b": lambda t: 5 * t, "v": lambda t: 5 + 0 * t},
+    exchanged=("cv",),
 )
 case(
     "cardan joint",
@@ -178,6 +179,28 @@ case(
     {"x": lambda t: 8 / (2 + 2) * t * t / 2, "f": lambda t: 4 + 0 * t},
     frames={"hook": [-1, 0, 0]},
     exchanged=("m",),
+)
+
+# A bead on a hoop is a pendulum: its way along the wire is R times the angle, which counts from the lowest point.
+swung = ode(lambda t, y: (y[1], -g / 0.4 * sin(y[0])), (1.0, 0.0))
+hoop = 'curve = { x = "0.4*sin(u)", y = "-0.4*cos(u)", to = "2*pi", closed = true }\ninitial = { value = 0.4 }'
+case(
+    "point-on-curve",
+    rigid("m", 2, "[0, 0, 0]")
+    + '[[joint]]\nname = "m"\nkind = "point-on-curve"\nparent = "LAB"\nchild = "m"\n'
+    + hoop
+    + "\n"
+    + out("s", "m", "value")
+    + out("R", "m", "reaction", 'frame = "parent"')
+    + '[[output]]\nname = "N"\nexpression = "sqrt(R.x^2 + R.y^2 + R.z^2)"\n'
+    + out("E", "system", "kinetic"),
+    {
+        "s": lambda t: 0.4 * swung[0](t),
+        "N": lambda t: np.abs(2 * (0.4 * swung[1](t) ** 2 + g * cos(swung[0](t)))),
+        "E": lambda t: 0.4**2 * swung[1](t) ** 2,
+    },
+    bound=5e-5,
+    gravity=[0, -g, 0],
 )
 
 # ---- forces ---------------------------------------------------------------------------------------------------------------------------
