@@ -529,7 +529,8 @@ case(
     energy=True,
     exchanged=("m",),
 )
-beam = '[[body]]\nname = "m"\nkind = "beam"\nlength = 1\nframes = { middle = 0.5 }\nsection = { shape = "rectangle", width = 0.04, height = 0.02 }\n'
+beam = '[[body]]\nname = "m"\nkind = "beam"\nlength = 1\nframes = { middle = 0.5 }\n'
+beam += 'section = { shape = "rectangle", width = 0.04, height = 0.02 }\n'
 beam += "material = { density = 2700, youngs_modulus = 70e9 }\n" + joint("wall", "weld", "m", more="") + push("m.tip", "<0, 1, 0>", 5)
 case(
     "section forces and stress",
