@@ -140,7 +140,7 @@ def arcs(folder):
     for turn in ("", "rotation = [0.4, -0.3, 0.9]\n"):
         turned = Rotation.from_rotvec([0.4, -0.3, 0.9]).as_matrix() if turn else np.eye(3)
         # In its plane the error falls with the fourth power of the volumes, out of it with the square (bending and torsion of a chord are
-        # not those of the arc beside it): 0.0779 % of ten, by the same integrals over the volumes. Half a per mille of the rest is stretching.
+        # not those of the arc beside it): 0.0779 % of ten, by the same integrals over the volumes. Stretching adds half a part in 10 000.
         for volumes, bound, out_of_plane in ((10, 2e-4, 1e-3), (20, 2e-4, 2.5e-4))[: 1 if turn else 2]:
 
             def tip(direction):

@@ -493,7 +493,7 @@ def overhung(folder):
     M, G = np.diag([m, Jt]), np.diag([0, Jp])
     for W in (0.0, 100.0, 200.0, 300.0, 400.0, 500.0):
         found = sorted(float(row["frequency"]) for row in rows if float(row["W"]) == W)
-        # Whirl w in the world: w^2 M - w W G - K = 0; forward w > 0, backward w < 0. The program tells them as seen from the shaft: |w - W|.
+        # Whirl w in the world: w^2 M - w W G - K = 0, forward w > 0. The program tells it as seen from the shaft: |w - W|.
         whole = np.block([[np.zeros((2, 2)), np.eye(2)], [np.linalg.solve(M, K), np.linalg.solve(M, W * G)]])
         wanted = sorted(abs(w - W) / 2 / pi for w in np.linalg.eigvals(whole).real)
         expect(len(found) >= 4, f"overhung at {W} rad/s: {found}")
