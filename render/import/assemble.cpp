@@ -43,7 +43,7 @@ class Taker {
     } else if (!mapping_.units_given && wanted != plain) {
       unsaid_ = true;
     }
-    taken_.insert(source.column);
+    taken_.insert(column->name);
     return factor * (source.factor * table_.series(*column).array() + source.constant).matrix();
   }
 
@@ -156,10 +156,13 @@ void add_modes(Taker& taker, const BodySource& source, sim::ResultBody& body) {
 void add_outputs(const Table& table, const Mapping& mapping, const Taker& taker, sim::Results& results) {
   std::vector<std::string> names, endless;
   for (const Column& column : table.columns) names.push_back(column.name);
-  for (const std::string& name : mapping.outputs)
-    if (!table.find(name))
+  std::set<const Column*> asked;
+  for (const std::string& name : mapping.outputs) {
+    asked.insert(table.find(name));
+    if (asked.count(nullptr))
       throw InputError(fmt::format("{}: 'outputs' names {}, which {} does not have{}", mapping.file, sim::quote(name), table.file,
                                    sim::did_you_mean(name, names)));
+  }
   // Of thousands of variables only those asked for: a Modelica result holds every intermediate of the model.
   constexpr size_t most_unasked = 500;
   if (mapping.all_outputs && table.columns.size() > most_unasked) {
@@ -169,10 +172,7 @@ void add_outputs(const Table& table, const Mapping& mapping, const Taker& taker,
     return;
   }
   for (const Column& column : table.columns) {
-    const bool wanted = mapping.all_outputs
-                            ? !taker.is_taken(column.name)
-                            : std::find(mapping.outputs.begin(), mapping.outputs.end(), column.name) != mapping.outputs.end();
-    if (!wanted) continue;
+    if (mapping.all_outputs ? taker.is_taken(column.name) : asked.count(&column) == 0) continue;
     const sim::VecX values = column.index < 0 ? sim::VecX::Constant(table.times.size(), column.factor)
                                               : sim::VecX(column.factor * table.values.col(column.index));
     if (!values.allFinite()) endless.push_back(column.name);

@@ -98,8 +98,9 @@ Imported import_npz(const Request& request) {
   return {.results = results_of_arrays(read_npz(file), file.string(), request.length_unit.value_or(1.0)), .kind = "NumPy archive"};
 }
 
+constexpr const char* mov_kind = "MBDyn .mov";
 Imported import_mov(const Request& request) {
-  return {.results = read_mbdyn_mov(only_file(request, ".mov file"), request.step), .kind = "MBDyn .mov"};
+  return {.results = read_mbdyn_mov(only_file(request, ".mov file"), request.step, true), .kind = mov_kind};
 }
 
 Imported import_netcdf(const Request& request) {
@@ -189,7 +190,8 @@ Imported inspect_file(const std::filesystem::path& file) {
   const std::string ending = ending_of(file);
   Request request;
   request.files = {file};
-  if (ending == ".mov" || ending == ".vtu" || ending == ".vtp") request.step = 1.0;
+  if (ending == ".vtu" || ending == ".vtp") request.step = 1.0;
+  if (ending == ".mov") return {.results = read_mbdyn_mov(file, std::nullopt, false), .kind = mov_kind};
   for (const Kind& kind : kinds())
     if (std::find(kind.endings.begin(), kind.endings.end(), ending) != kind.endings.end() && ending != ".urdf") return kind.read(request);
   Imported out;

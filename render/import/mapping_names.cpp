@@ -82,7 +82,7 @@ Mapping mapping_by_names(const Table& table) {
   Mapping mapping;
   std::set<std::string> names;
   for (const Column& column : table.columns) names.insert(column.name);
-  if (table.kind == "Modelica result") {
+  if (table.kind == modelica_kind) {
     find_modelica_bodies(names, mapping);
     if (!mapping.bodies.empty()) return mapping;
     throw InputError(fmt::format(

@@ -115,7 +115,7 @@ void add_turn(const TurnWriting& writing, std::array<double, 9> numbers, const s
 
 }  // namespace
 
-sim::Results read_mbdyn_mov(const std::filesystem::path& path, std::optional<double> step) {
+sim::Results read_mbdyn_mov(const std::filesystem::path& path, std::optional<double> step, bool need_times) {
   const std::string file = path.string(), text = read_text(path);
   const std::filesystem::path stem = path.parent_path() / path.stem();
   const std::map<int, TurnWriting> log = read_log(stem.string() + ".log");
@@ -168,9 +168,12 @@ sim::Results read_mbdyn_mov(const std::filesystem::path& path, std::optional<dou
     results.bodies.push_back(to_body(label, paths[label]));
   }
   const std::vector<double> times = step ? std::vector<double>{} : read_times(stem.string() + ".out");
-  if (!step && times.size() != samples)
-    throw InputError(fmt::format("{}: has {} samples, {}.out beside it tells {} times; give --step SECONDS", file, samples, stem.string(),
-                                 times.size()));
+  if (!step && times.size() != samples) {
+    const std::string found = fmt::format("has {} samples, {}.out beside it tells {} times", samples, stem.string(), times.size());
+    if (need_times) throw InputError(fmt::format("{}: {}; give --step SECONDS", file, found));
+    results.statistics.notes.tell("", fmt::format("{}: samples stand for seconds here; flexframe import wants --step SECONDS", found));
+    step = 1.0;
+  }
   results.times.resize(static_cast<Eigen::Index>(samples));
   for (size_t i = 0; i < samples; ++i) results.times[static_cast<Eigen::Index>(i)] = step ? *step * static_cast<double>(i) : times[i];
   if (assumed)

@@ -133,7 +133,7 @@ Table read_modelica(const std::filesystem::path& path) {
 
   Table table;
   table.file = path.string();
-  table.kind = "Modelica result";
+  table.kind = modelica_kind;
   table.times = series.col(0);
   for (size_t k = 0; k < names.size(); ++k) {
     const auto at = static_cast<Eigen::Index>(k);
@@ -146,7 +146,11 @@ Table read_modelica(const std::filesystem::path& path) {
     if (matrix == 0.0 || (k == 0 && std::abs(place) == 1.0 && matrix == 2.0 && (names[k] == "time" || names[k] == "Time"))) continue;
     const auto index = static_cast<Eigen::Index>(std::abs(place)) - 1;
     const double sign = place < 0.0 ? -1.0 : 1.0;
-    Column column{.name = names[k], .unit = unit_of(descriptions[k]), .description = descriptions[k], .index = index, .factor = sign};
+    Column column{.name = without_index_blanks(names[k]),
+                  .unit = unit_of(descriptions[k]),
+                  .description = descriptions[k],
+                  .index = index,
+                  .factor = sign};
     if (matrix == 1.0) {
       if (parameters.rows() == 0) reader.fail("its matrix data_1 has no rows");
       column.index = -1;

@@ -11,8 +11,9 @@ namespace flexframe::imports {
 
 const Column* Table::find(const std::string& name) const {
   const Column* found = nullptr;
+  const std::string wanted = kind == modelica_kind ? without_index_blanks(name) : name;
   for (const Column& column : columns) {
-    if (column.name != name) continue;
+    if (column.name != wanted) continue;
     if (found)
       throw InputError(fmt::format("{}: two columns are named {}: which is meant? Give each its own name", file, sim::quote(name)));
     found = &column;
@@ -46,6 +47,16 @@ std::pair<std::string, std::string> split_column_name(std::string text) {
   return {text, ""};
 }
 
+std::string without_index_blanks(std::string name) {
+  int depth = 0;
+  std::erase_if(name, [&](char c) {
+    if (c == '[') ++depth;
+    if (c == ']') --depth;
+    return c == ' ' && depth > 0;
+  });
+  return name;
+}
+
 void keep_last_of_each_time(Table& table) {
   const Eigen::Index n = table.times.size();
   std::vector<Eigen::Index> kept;
@@ -58,7 +69,7 @@ void keep_last_of_each_time(Table& table) {
     else kept.push_back(i);
   }
   if (std::ssize(kept) == n) return;
-  table.notes.push_back(fmt::format("{} rows repeat a time (events): the last of each time is kept", n - std::ssize(kept)));
+  table.notes.push_back(fmt::format("{} of {} rows repeat a time (events): the last of each time is kept", n - std::ssize(kept), n));
   table.times = sim::VecX(table.times(kept));
   table.values = sim::MatX(table.values(kept, Eigen::all));
 }

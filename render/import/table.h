@@ -20,15 +20,18 @@ struct Column {
   double factor = 1.0;      // of that column (-1: a negated alias), or the constant itself
 };
 
+inline constexpr const char* modelica_kind = "Modelica result";
+
 struct Table {
   std::string file;  // for messages
-  std::string kind;  // what the file is: "table", "Modelica result"
+  std::string kind;  // what the file is: "table", modelica_kind
   sim::VecX times;   // nt, s, increasing
   sim::MatX values;  // nt x m, as the file has them
   std::vector<Column> columns;
   std::vector<std::string> notes;
 
-  // The column of this name; null: there is none. Throws InputError where there are two.
+  // The column of this name; null: there is none. Of a Modelica result blanks in an index do not count: Dymola writes T[1, 2], OpenModelica
+  // T[1,2]. Throws InputError where there are two.
   const Column* find(const std::string& name) const;
   // nt values in the column's own unit. Throws InputError where one is not finite.
   sim::VecX series(const Column& column) const;
@@ -48,7 +51,7 @@ struct TableFormat {
 Table read_text_table(const std::filesystem::path& path, const TableFormat& format);
 
 // Modelica result of Dymola or OpenModelica: MAT file of level 4 with the matrices Aclass, name, description, dataInfo, data_1, data_2
-// (version 1.1, "binTrans" or "binNormal"). Throws InputError.
+// (version 1.1, "binTrans" or "binNormal"). Names have no blanks in their indices. Throws InputError.
 Table read_modelica(const std::filesystem::path& path);
 
 // Several tables of the same times as one; the columns of each are named FILE.COLUMN by the file's stem. Throws InputError naming the file
@@ -57,6 +60,9 @@ Table join_tables(std::vector<Table> tables);
 
 // The name and unit of "slider.x [mm]" or "Time (s)"; the unit is empty where the bracket holds none that is known.
 std::pair<std::string, std::string> split_column_name(std::string text);
+
+// A Modelica name without the blanks of its indices: "T[1, 2]" is "T[1,2]".
+std::string without_index_blanks(std::string name);
 
 // Rows with a time that was there before are left out but for the last of each (events); times then increase, or InputError with the row.
 void keep_last_of_each_time(Table& table);

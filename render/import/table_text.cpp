@@ -126,23 +126,22 @@ std::vector<int> bracketed_counts(std::string_view line) {
 }
 
 // Components of an EXUDYN sensor by the type that its header names (exudyn manual, OutputVariableType).
-std::vector<std::string> exudyn_components(std::string_view type, const std::string& file) {
+std::vector<std::string> exudyn_components(std::string_view type) {
   const std::vector<std::string> xyz = {"x", "y", "z"};
   if (type == "RotationMatrix") return {"r11", "r12", "r13", "r21", "r22", "r23", "r31", "r32", "r33"};
   if (type == "Position" || type == "Displacement" || type == "Velocity" || type == "Acceleration" || type == "Rotation" ||
       type == "AngularVelocity" || type == "AngularVelocityLocal" || type == "VelocityLocal" || type == "Force" || type == "Torque")
     return xyz;
-  static_cast<void>(file);
   return {};
 }
 
-void read_comment(std::string_view text, const std::string& file, Header& header) {
+void read_comment(std::string_view text, Header& header) {
   text.remove_prefix(1);
   text = trimmed(text);
   if (text.starts_with("Exudyn ") && text.ends_with("solution file")) header.kind = "EXUDYN solution";
   if (text.starts_with("Exudyn ") && text.ends_with("sensor output file")) header.kind = "EXUDYN sensor";
   if (header.kind == "EXUDYN sensor" && text.starts_with("OutputVariableType"))
-    header.exudyn = exudyn_components(trimmed(text.substr(text.find('=') + 1)), file);
+    header.exudyn = exudyn_components(trimmed(text.substr(text.find('=') + 1)));
   if (header.kind == "EXUDYN solution" && text.starts_with("number of written coordinates")) {
     const std::vector<int> counts = bracketed_counts(text);
     const char* letters[] = {"q", "v", "a", "x", "xdot", "lambda", "data"};
@@ -182,7 +181,7 @@ void read_header(const std::vector<Line>& above, const Style& style, size_t colu
   }
 }
 
-std::vector<Line> content_lines(const std::string& text, const std::string& file, Header& header) {
+std::vector<Line> content_lines(const std::string& text, Header& header) {
   std::vector<Line> lines;
   int number = 0;
   for (size_t at = 0; at < text.size();) {
@@ -192,7 +191,7 @@ std::vector<Line> content_lines(const std::string& text, const std::string& file
     ++number;
     const std::string_view content = trimmed(line);
     if (content.empty()) continue;
-    if (content[0] == '#' || content[0] == '%' || content[0] == '!' || content.starts_with("//")) read_comment(content, file, header);
+    if (content[0] == '#' || content[0] == '%' || content[0] == '!' || content.starts_with("//")) read_comment(content, header);
     else lines.push_back({number, line});
   }
   return lines;
@@ -285,7 +284,7 @@ Table read_text_table(const std::filesystem::path& path, const TableFormat& form
   const std::string text = plain_text(bytes);
   if (text.find('\0') != std::string::npos) throw InputError(fmt::format("{}: is no text table: it holds bytes of value 0", file));
   Header header;
-  const std::vector<Line> lines = content_lines(text, file, header);
+  const std::vector<Line> lines = content_lines(text, header);
   const Style style = find_style(lines);
   const auto fields_of = [&](const Line& line) { return split_fields(line.text, style.separator); };
   size_t first = 0;

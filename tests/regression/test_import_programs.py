@@ -71,6 +71,18 @@ def modelica(folder):
             expect(np.allclose(values[:, names.index("rev.flange.phi")], -9 * t, atol=0), "a negated alias")
             expect(np.allclose(values[:, names.index("L")], 0.3, atol=0), "a parameter")
             expect(file["outputs/units"][names.index("rev.phi")] == b"rad", "the unit of a variable")
+    # Dymola writes blanks in an index, OpenModelica none; either is understood in a mapping file.
+    spaced = {name.replace(",", ", "): v for name, v in variables.items()}
+    modelica_file(folder / "d.mat", spaced, parameters)
+    run("import", folder / "d.mat", "-o", folder / "d.h5")
+    check_body(folder / "d.h5", "arm", places, turns, "Modelica frame, blanks in the index")
+    named = 'outputs = ["arm.frame_a.R.T[1, 2]", "arm.frame_a.R.T[2,1]"]\n'
+    (folder / "d.toml").write_text(named + '[[body]]\nname = "arm"\nframe = "arm.frame_a"\n')
+    run("import", folder / "d.mat", "--map", folder / "d.toml", "-o", folder / "d.h5")
+    check_body(folder / "d.h5", "arm", places, turns, "frame of a mapping file, blanks in the index")
+    with h5py.File(folder / "d.h5") as file:
+        values = file["outputs/values"][:]
+        expect(np.array_equal(values, np.stack([T[:, 0, 1], T[:, 1, 0]], 1)), "outputs named with and without blanks")
     (folder / "m.toml").write_text(
         '[[body]]\nname = "shaft"\nposition = [0, 0, "L"]\nangle = "rev.phi"\naxis = [0, 1, 0]\n'
         '[[body]]\nname = "arm"\nframe = "arm.frame_a"\n'
@@ -284,7 +296,11 @@ def mbdyn(folder):
     done = run("import", folder / "other.nc", "-o", folder / "bad.h5", code=2)
     expect("other.nc" in done.stderr, done.stderr)
     text = (folder / "m.mov").read_text()
+    told = json.loads(run("info", folder / "m.mov", "--json").stdout)
+    expect(len(told["bodies"]) == len(nodes) and not any("--step" in n for n in told["simulation"]["notes"]), f"info with times: {told}")
     (folder / "m.out").write_text(head)
+    told = json.loads(run("info", folder / "m.mov", "--json").stdout)
+    expect(told["samples"] == len(t) and any("wants --step" in n for n in told["simulation"]["notes"]), f"info without times: {told}")
     expect("give --step" in run("import", folder / "m.mov", "-o", folder / "bad.h5", code=2).stderr, "no times")
     run("import", folder / "m.mov", "--step", "0.02", "-o", folder / "m.h5")
     for damage, word in (
