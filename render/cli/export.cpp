@@ -110,7 +110,8 @@ html  one page for any browser: the scene to be turned round, playing, exaggerat
 gltf  one animated file for viewers and Blender: bodies move, deformation as morph targets (RESULTS.glb; -o NAME.gltf for JSON)
 vtk   a surface file a picture and an index for ParaView (folder RESULTS_vtk): displacement, velocity and stress as point data, outputs and
       units as field data
-vtkhdf   the same as one file, the mesh once and all packed (RESULTS.vtkhdf; ParaView from 5.12)
+vtkhdf   the same as one file, the mesh once and all packed (RESULTS.vtkhdf; ParaView from 5.12, older readers see the first
+         picture of it, and all of vtk)
 mp4   the video alone (RESULTS.mp4; -o NAME.gif for a GIF, NAME.apng for an animated PNG)
 Pictures a second and speed are those of the scene's [render] table.)");
   app.option("RESULTS", words->results, "results file (HDF5)").required();

@@ -24,8 +24,9 @@ struct VtkReport {
 VtkReport write_vtk(const Animation& animation, double scale, const std::filesystem::path& folder, const std::string& name,
                     const std::function<void(int, int)>& progress = {});
 
-// The same as one file with steps (VTKHDF 2.0, poly data; ParaView from 5.12): the mesh stands in it once, all numbers are packed, so that
-// a long run takes a part of the space (slider-crank, 385 pictures: 46 MB, the series 204 MB). Point data as above; every output is field
+// The same as one file with steps (VTKHDF 2.0, triangles as an unstructured grid; ParaView from 5.12, older ones see the first step): the
+// mesh stands in it once, all numbers are packed, so that a long run takes a part of the space (slider-crank, 385 pictures: 46 MB, the
+// series 204 MB). Point data as above; every output is field
 // data under its name, "/" in it as "_"; each data set has its unit as an attribute. Appears whole. Throws as above.
 VtkReport write_vtkhdf(const Animation& animation, double scale, const std::filesystem::path& file,
                        const std::function<void(int, int)>& progress = {});

@@ -1,5 +1,6 @@
-// One VTKHDF file for the whole sequence (Kitware, VTK file formats: VTKHDF 2.0, transient poly data): the mesh once, points and data a
-// step.
+// One VTKHDF file for the whole sequence (Kitware, VTK file formats: VTKHDF 2.0, temporal unstructured grid): the mesh once, points and
+// data a step. Triangles as an unstructured grid and not as poly data: readers of version 1.0, as VTK 9.1's, know the former and open the
+// first step of such a file.
 #include "render/film/vtk.h"
 
 #include "render/film/vtk_surface.h"
@@ -71,7 +72,7 @@ void write_versions(hid_t root) {
   const Id attribute(done(H5Acreate2(root, "Version", H5T_NATIVE_INT64, space, H5P_DEFAULT, H5P_DEFAULT)), H5Aclose);
   check(H5Awrite(attribute, H5T_NATIVE_INT64, version));
   // VTK wants the type as ASCII of just its length.
-  const std::string type = "PolyData";
+  const std::string type = "UnstructuredGrid";
   const Id one(done(H5Screate(H5S_SCALAR)), H5Sclose), text(done(H5Tcopy(H5T_C_S1)), H5Tclose);
   check(H5Tset_size(text, type.size()));
   check(H5Tset_strpad(text, H5T_STR_NULLPAD));
@@ -79,22 +80,21 @@ void write_versions(hid_t root) {
   check(H5Awrite(word, text, type.data()));
 }
 
-// The mesh, once for all steps: triangles as polygons; no points, lines and strips of their own.
+// The mesh, once for all steps.
 void write_cells(hid_t root, const VtkSurface& surface) {
+  constexpr std::uint8_t vtk_triangle = 5;
+  const std::size_t count = surface.body.size();
+  Counts ends{0};
+  for (std::size_t k = 0; k < count; ++k) ends.push_back(static_cast<std::int64_t>(3 * (k + 1)));
   write_counts(root, "NumberOfPoints", {static_cast<std::int64_t>(surface.points.size() / 3)});
-  for (const char* kind : {"Vertices", "Lines", "Polygons", "Strips"}) {
-    const Id cells = group(root, kind);
-    Counts ends{0};
-    const bool polygons = std::string(kind) == "Polygons";
-    if (polygons)
-      for (std::size_t k = 0; k < surface.body.size(); ++k) ends.push_back(static_cast<std::int64_t>(3 * (k + 1)));
-    write_counts(cells, "NumberOfConnectivityIds", {polygons ? static_cast<std::int64_t>(surface.corners.size()) : 0});
-    write_counts(cells, "NumberOfCells", {static_cast<std::int64_t>(ends.size()) - 1});
-    write_counts(cells, "Offsets", ends);
-    write_counts(cells, "Connectivity", polygons ? surface.corners : Counts{});
-  }
+  write_counts(root, "NumberOfCells", {static_cast<std::int64_t>(count)});
+  write_counts(root, "NumberOfConnectivityIds", {static_cast<std::int64_t>(surface.corners.size())});
+  write_counts(root, "Offsets", ends);
+  write_counts(root, "Connectivity", surface.corners);
+  const std::vector<std::uint8_t> types(count, vtk_triangle);
+  Table(root, "Types", H5T_NATIVE_UINT8, 1, count).add(types.data(), count);
   const Id data = group(root, "CellData");
-  Table(data, "body", H5T_NATIVE_INT32, 1, surface.body.size()).add(surface.body.data(), surface.body.size());
+  Table(data, "body", H5T_NATIVE_INT32, 1, count).add(surface.body.data(), count);
 }
 
 // Where each step finds its rows: points and their data one behind the other, one and the same part and cells.
@@ -112,8 +112,8 @@ void write_steps(hid_t root, const std::vector<double>& times, std::int64_t poin
   write_counts(steps, "PartOffsets", Counts(n, 0));
   write_counts(steps, "NumberOfParts", Counts(n, 1));
   write_counts(steps, "PointOffsets", rows);
-  write_counts(steps, "CellOffsets", Counts(4 * n, 0), 4);  // of vertices, lines, polygons, strips
-  write_counts(steps, "ConnectivityIdOffsets", Counts(4 * n, 0), 4);
+  write_counts(steps, "CellOffsets", Counts(n, 0));
+  write_counts(steps, "ConnectivityIdOffsets", Counts(n, 0));
   const Id at = group(steps, "PointDataOffsets"), cell = group(steps, "CellDataOffsets"), field = group(steps, "FieldDataOffsets"),
            sizes = group(steps, "FieldDataSizes");
   for (const std::string& name : point_data) write_counts(at, name, rows);
