@@ -7,7 +7,6 @@ import gzip
 import html.parser
 import json
 import re
-import shutil
 import subprocess
 import sys
 
@@ -15,6 +14,8 @@ import h5py
 import numpy as np
 import scipy.spatial
 
+from browser import chromium
+from page_controls import check_controls
 from program import examples, expect, finish, near, run, temporary_folder
 
 TYPES = {"f4": "<f4", "u4": "<u4", "i2": "<i2", "u2": "<u2", "i1": "i1", "u1": "u1"}
@@ -206,7 +207,7 @@ def in_browser(browser, url, png, more=()):
 
 
 def check_browser(folder, scene_file):
-    browser = shutil.which("chromium") or shutil.which("google-chrome")
+    browser = chromium()
     expect(browser, "Chromium is missing: install the section [nightly] of tests/packages.txt")
     if not browser:
         return
@@ -296,4 +297,5 @@ with temporary_folder() as name:
     expect("html" in refused.stderr, "a wrong word names what there is")
     if "--browser" in sys.argv:
         check_browser(folder, scene_file)
+        check_controls(folder, folder / "page.html", scene["times"]["step"], scene["times"]["step"] * (scene["times"]["count"] - 1))
 finish()

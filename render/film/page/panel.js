@@ -110,7 +110,6 @@ function make_legend(c, array) {
     canvas.hidden = true;
     $('message').textContent = 'This browser cannot draw the scene (WebGL 2): a still picture stands for it.';
     for (const part of document.querySelectorAll('aside details')) part.hidden = part.id !== 'run-part';
-    $('run-part').open = true;
   }
 
   // The camera goes along with a body.
@@ -233,8 +232,8 @@ function make_legend(c, array) {
 
   // What the run warns of is told where it is seen.
   const warnings = document.querySelectorAll('#run .warning').length;
+  $('run-part').open = warnings > 0 || !painter;
   if (warnings) {
-    $('run-part').open = true;
     $('warned').hidden = false;
     $('warned').textContent = warnings === 1 ? '1 warning' : `${warnings} warnings`;
     $('warned').addEventListener('click', () => {
