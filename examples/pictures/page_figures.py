@@ -4,9 +4,9 @@
     page_figures.py PAGE.html...
 
 Each page is opened from disk in a headless Chromium that draws in software. Loading is from the start of navigation until the page is
-ready to be turned; frames a second are those of the page while it plays and is turned, over five seconds. CPU is that of all of the
-browser's processes, which other work on the machine changes less: until the page is ready, its start included, and for each frame. The
-figures come out of the page by a picture that it asks of a port of this machine: the page's own text is not changed but for a script at
+ready to be turned; frames a second are those of the page while it plays and is turned, over five seconds and at least ten frames, from the
+tenth on: by then shaders are compiled and the page knows how fast it is drawn. CPU is that of all of the browser's processes, which other
+work on the machine changes less: until the page is ready, its start included, and for each frame. The figures come out of the page by a picture that it asks of a port of this machine: the page's own text is not changed but for a script at
 its end, in a copy.
 """
 import http.server
@@ -21,17 +21,17 @@ import urllib.parse
 
 SCRIPT = """<script>(() => {
   const root = document.documentElement, seconds = 5, canvas = document.querySelector('canvas');
-  let loaded = 0, first = 0, frames = 0;
+  let loaded = 0, first = 0, frames = 0, early = 0;
   const tell = words => { new Image().src = `http://127.0.0.1:PORT/?${words}`; };
   const each = now => {
     if (!loaded && root.dataset.ready) { loaded = performance.now(); location.hash = 'play=1'; tell('ready=1'); }
     if (loaded && now > loaded + 1000) {
-      if (!first) { first = now; tell('first=1'); }
-      ++frames;
+      if (!first && ++early > 10) { first = now; tell('first=1'); }
+      if (first) ++frames;
       const put = (type, x) => canvas.dispatchEvent(new PointerEvent(type, {clientX: x, clientY: 200, pointerId: 1, buttons: 1}));
       try { put('pointerdown', 300); put('pointermove', 302); put('pointerup', 302); }
       catch { canvas.dispatchEvent(new WheelEvent('wheel')); }
-      if (now > first + 1000 * seconds) {
+      if (first && frames > 10 && now > first + 1000 * seconds) {
         tell(`loaded=${loaded}&count=${frames - 1}&frames=${(frames - 1) / (now - first) * 1000}`);
         return;
       }

@@ -1,5 +1,6 @@
 #include "render/film/detail.h"
 
+#include "interp/watch.h"
 #include "render/picture/adjacency.h"
 
 #include <meshoptimizer.h>
@@ -115,6 +116,7 @@ bool add_left_out(std::span<const glm::vec3> rest, const std::vector<int>& place
   const TriangleGrid grid(rest, level.triangles, side);
   float most = 0.0f;
   for (std::size_t p = 0; p < rest.size(); ++p) {
+    if (p % 1024 == 0) interp::look();
     if (static_cast<std::size_t>(place[p]) != p || used[p]) continue;
     DetailLevel::LeftOut one{static_cast<std::uint32_t>(p), {}, glm::vec3(0.0f)};
     float square = 0.0f;
@@ -163,6 +165,7 @@ std::vector<DetailLevel> make_levels(std::span<const glm::vec3> rest, std::span<
       const glm::vec3 s = glm::sin(rest[p] * (2.0f * std::numbers::pi_v<float> / (4.0f * side)));
       waved[p] = rest[p] + wave * side * glm::vec3(s.y + s.z, s.z + s.x, s.x + s.y);
     }
+    interp::look();
     DetailLevel level;
     level.triangles.resize(all.size());
     const std::size_t left = meshopt_simplify(&level.triangles[0].x, &all[0].x, 3 * all.size(), &waved[0].x, waved.size(),
