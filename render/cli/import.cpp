@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 struct Words {
   std::vector<std::string> files, meshes;
-  std::string out, mapping, scene, mesh_unit, length_unit, angle_unit, stress_unit, title;
+  std::string out, mapping, scene, mesh_unit, length_unit, angle_unit, stress_unit, title, up;
   std::optional<double> step;
   bool json = false;
 };
@@ -41,6 +41,7 @@ imports::Request request_of(const Words& words) {
   request.scene = words.scene;
   request.step = words.step;
   request.title = words.title;
+  request.up = words.up;
   for (const std::string& word : words.meshes) {
     const auto equals = word.find('=');
     if (equals == std::string::npos || equals == 0 || equals + 1 == word.size())
@@ -111,6 +112,9 @@ Layouts, units and conventions of each, and the mapping file: render/import/READ
   app.option("--stress-unit", words->stress_unit, "likewise of stresses; default Pa").as("UNIT");
   app.option("--step", words->step, "time between samples, s, for files that hold no times").positive();
   app.option("--title", words->title, "title of the pictures; default: the name of the file").as("TEXT");
+  app.option("--up", words->up, "x, y or z: what points up in pictures; default y or z, the longer in the motion, of robots z")
+      .as("AXIS")
+      .one_of({"x", "y", "z"});
   app.flag("--json", words->json, "summary as JSON");
   app.example("robot.csv --mesh arm=arm.stl --mesh-unit mm -o robot.h5", "poses of a table, then: flexframe render robot.h5");
   app.example("adams.tab --map adams.toml", "columns, units and Euler angles as the mapping file says");

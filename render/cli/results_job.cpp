@@ -8,11 +8,15 @@
 namespace flexframe::cli {
 namespace {
 
+// No more than [render]: how something looks, not what it is.
+bool is_look(const sim::SceneDocument& document) { return !document.root.find("body") && !document.root.find("simulation"); }
+
 // The scene that the results were made from, for shapes and axes that they do not hold. Pictures without them would be other pictures:
 // where its files are gone that is an error.
 std::optional<sim::Scene> scene_of(const sim::Results& results, const std::string& results_file) {
   if (results.scene_text.empty()) return std::nullopt;
   try {
+    if (is_look(sim::parse_document(results.scene_text, results.scene_file))) return std::nullopt;
     return sim::parse_scene(results.scene_text, results.scene_file);
   } catch (const sim::InputError& e) {
     throw sim::InputError(
@@ -31,8 +35,7 @@ ResultsJob read_results_job(const std::string& results_file, const std::string& 
     const sim::SceneDocument document = sim::read_document(scene_file, render_settings(words));
     job.settings = film::read_render_settings(document);
     // A file with no more than [render] changes how the results look; what they show stands in themselves.
-    if (document.root.find("body") || document.root.find("simulation")) job.scene = sim::make_scene(document);
-    else job.scene = scene_of(job.results, results_file);
+    job.scene = is_look(document) ? scene_of(job.results, results_file) : sim::make_scene(document);
   } else {
     job.scene = scene_of(job.results, results_file);
     const std::string& name = job.results.scene_file.empty() ? results_file : job.results.scene_file;

@@ -319,7 +319,9 @@ render::Camera fit_with_shadows(const render::Picture& picture, const std::vecto
 void set_camera(Animation& animation, const std::vector<glm::dvec3>& points, const std::vector<glm::dvec3>& seen,
                 const glm::dvec3& gravity) {
   const CameraSettings& asked = animation.settings.camera;
-  render::FitOptions fit = render::default_view(points, gravity);
+  // Where nothing falls, what is asked to be up decides what it is looked at from.
+  const bool weightless = glm::length(gravity) == 0.0;
+  render::FitOptions fit = render::default_view(points, weightless && asked.up ? -*asked.up : gravity);
   fit.fov = asked.fov;
   fit.projection = asked.projection;
   if (asked.up) fit.up = *asked.up;

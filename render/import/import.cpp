@@ -107,6 +107,7 @@ Imported import_netcdf(const Request& request) {
   return {.results = read_mbdyn_netcdf(only_file(request, "NetCDF file")), .kind = "MBDyn NetCDF"};
 }
 
+constexpr const char* urdf_kind = "URDF robot";
 Imported import_urdf(const Request& request) {
   if (request.files.size() != 2)
     throw InputError(fmt::format("{}: a robot needs one table of its joints' motion beside it: flexframe import ROBOT.urdf JOINTS.csv",
@@ -115,7 +116,7 @@ Imported import_urdf(const Request& request) {
   format.step = request.step;
   const Table table = read_text_table(request.files[1], format);
   return {.results = read_urdf(request.files[0], table, request.length_unit.value_or(1.0), request.angle_unit.value_or(1.0)),
-          .kind = "URDF robot"};
+          .kind = urdf_kind};
 }
 
 // A kind of file that is no table.
@@ -148,6 +149,13 @@ void replace_slashes(sim::Results& results) {
   }
 }
 
+// What points up in pictures where no scene says it. Robots of URDF stand along z (REP 103).
+void set_up(const Request& request, const std::string& kind, sim::Results& results) {
+  const std::string up = request.up.empty() && kind == urdf_kind ? "z" : request.up;
+  if (up.empty() || !results.scene_text.empty()) return;
+  results.scene_text = fmt::format("[render]\ncamera = {{ up = [{}] }}\n", up == "x" ? "1, 0, 0" : up == "y" ? "0, 1, 0" : "0, 0, 1");
+}
+
 void add_meshes(const Request& request, sim::Results& results) {
   std::vector<std::string> names;
   for (const sim::ResultBody& body : results.bodies) names.push_back(body.name);
@@ -168,6 +176,8 @@ void add_meshes(const Request& request, sim::Results& results) {
 
 Imported import_files(const Request& request) {
   if (request.files.empty()) throw InputError("no file to import");
+  if (!request.scene.empty() && !request.up.empty())
+    throw InputError(fmt::format("{}: the scene says how it is looked at: leave out --up", request.scene.string()));
   for (const fs::path& file : request.files)
     if (!fs::exists(file)) throw InputError(fmt::format("{}: no such file", file.string()));
   Imported (*read)(const Request&) = import_tables;
@@ -179,6 +189,7 @@ Imported import_files(const Request& request) {
   replace_slashes(out.results);
   add_meshes(request, out.results);
   if (!request.scene.empty()) dress_by_scene(sim::read_scene(request.scene), out.results);
+  set_up(request, out.kind, out.results);
   if (!request.title.empty()) out.results.title = request.title;
   sim::SolverStatistics& statistics = out.results.statistics;
   if (statistics.method.empty()) statistics.method = "another program";
@@ -201,7 +212,7 @@ Imported inspect_file(const std::filesystem::path& file) {
     still.file = file.string();
     still.times = sim::VecX::Zero(1);
     out.results = read_urdf(file, still, 1.0, 1.0);
-    out.kind = "URDF robot";
+    out.kind = urdf_kind;
     return out;
   }
   TableFormat format;

@@ -21,6 +21,7 @@ struct Request {
   // Of numbers in files that do not say it: m, rad, Pa; none: SI is taken and told.
   std::optional<double> length_unit, angle_unit, stress_unit;
   std::string title;  // "": of the files
+  std::string up;     // x, y or z: the world's axis that points up in pictures; "": z of a robot (URDF), else as the motion lies
 };
 
 struct Imported {

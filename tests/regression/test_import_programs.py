@@ -381,6 +381,16 @@ def robot(folder):
     angle, lift = 3 * np.sin(5 * t), 0.1 * t
     write_table(folder / "j.csv", {"time [ms]": 1e3 * t, "turn [deg]": np.degrees(angle), "lift [mm]": 1e3 * lift})
     run("import", urdf, folder / "j.csv", "-o", folder / "r.h5")
+    # A robot stands along z; another axis is said, and is seen in the camera that a page has.
+    for words, up in (([], [0, 0, 1]), (["--up", "x"], [1, 0, 0])):
+        run("import", urdf, folder / "j.csv", "-o", folder / "up.h5", *words)
+        run("export", folder / "up.h5", "--to", "html", "-o", folder / "up.html")
+        page = (folder / "up.html").read_text()
+        camera = json.loads(page.split('id="scene">')[1].split("</script>")[0])["camera"]
+        ahead = np.subtract(camera["target"], camera["position"])
+        expect(camera["up"] == up and ahead @ up < 0, f"up with {words}: {camera}")
+    scene = ["--scene", examples / "pendulum.toml", "--up", "z"]
+    expect("leave out --up" in run("import", urdf, folder / "j.csv", "-o", folder / "up.h5", *scene, code=2).stderr, "two words of up")
     upper = Rotation.from_euler("xyz", [0.3, -0.2, 0.7]) * Rotation.from_rotvec(np.outer(angle, np.array([0, 1, 1]) / np.sqrt(2)))
     at = np.tile([0.1, 0.0, 0.05], (len(t), 1))
     check_body(folder / "r.h5", "upper", at, upper, "a revolute joint")
