@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """A page of 100 352 triangles that deform, for page_figures.py: a ring that bends across its plane by two shapes while it turns (numpy).
 
-    ring_page.py FLEXFRAME OUT.html
+    ring_page.py FLEXFRAME OUT.html [OPTION...]         options of flexframe export: --scales 1 leaves out the ghost
 """
 import pathlib
 import subprocess
@@ -25,7 +25,7 @@ def ring(around=224, across=224):
 
 
 def main():
-    flexframe, out = sys.argv[1:]
+    flexframe, out, *options = sys.argv[1:]
     points, shapes, triangles = ring()
     t = np.linspace(0, 2, 101)
     arrays = {"times": t, "ring.position": np.zeros((101, 3)), "ring.rotation_vector": np.outer(t, [0, 0, 0.5])}
@@ -35,7 +35,8 @@ def main():
         folder = pathlib.Path(folder)
         np.savez(folder / "ring.npz", **arrays)
         subprocess.run([flexframe, "import", folder / "ring.npz", "-o", folder / "ring.h5"], check=True)
-        subprocess.run([flexframe, "export", folder / "ring.h5", "--to", "html", "--color-by", "displacement", "-o", out], check=True)
+        words = ["--to", "html", "--color-by", "displacement", "-o", out, *options]
+        subprocess.run([flexframe, "export", folder / "ring.h5", *words], check=True)
 
 
 if __name__ == "__main__":
