@@ -14,8 +14,8 @@ import h5py
 import numpy as np
 import scipy.spatial
 
-from browser import chromium
-from page_controls import check_controls
+from browser import Browser, chromium
+from page_controls import Page, changed, check_controls
 from program import examples, expect, finish, near, run, temporary_folder
 
 TYPES = {"f4": "<f4", "u4": "<u4", "i2": "<i2", "u2": "<u2", "i1": "i1", "u1": "u1"}
@@ -244,20 +244,21 @@ def check_browser(folder, scene_file):
     expect('<button id="warned" title="What the run warns of">' in dom, "and shows the count")
     # Colours: each draws something else, with its own bar; a word that is none leaves the scene's.
     shots = {}
-    for word, bar in {
-        "own": "",
-        "displacement": "elastic displacement",
-        "stress": "stress",
-        "velocity": "speed",
-        "none": "elastic",
-    }.items():
-        dom = in_browser(browser, f"file://{folder}/page.html#colour={word}&ghost=0&t=0.4", folder / f"{word}.png")
-        shots[word] = (folder / f"{word}.png").read_bytes()
-        legend = re.search(r'<div id="legend">(.*?)</div>', dom, re.S).group(1)
-        expect(bar in legend and (word == "own") == (legend == ""), f"bar of the colour '{word}': {legend}")
-    expect(len(set(shots.values())) == 4 and shots["none"] == shots["displacement"], "each colour draws another picture")
-    in_browser(browser, f"file://{folder}/page.html#scale=0&ghost=0&t=0.4", folder / "flat.png")
-    expect((folder / "scaled.png").read_bytes() != (folder / "flat.png").read_bytes(), "exaggeration changes the picture")
+    bars = {"own": "", "displacement": "elastic displacement", "stress": "stress", "velocity": "speed", "none": "elastic"}
+    with Browser((800, 450)) as driven:
+        seen = Page(driven, folder)
+        for word, bar in bars.items():
+            seen.open(f"file://{folder}/page.html#colour={word}&ghost=0&t=0.4")
+            shots[word] = seen.pixels()
+            legend = driven.ask("document.querySelector('#legend').textContent")
+            expect(bar in legend and (word == "own") == (legend == ""), f"bar of the colour '{word}': {legend}")
+        words = list(bars)[:4]
+        alike = [(a, b) for i, a in enumerate(words) for b in words[:i] if changed(shots[a], shots[b]) < 200]
+        expect(alike == [] and changed(shots["none"], shots["displacement"]) == 0, f"each colour draws another picture: {alike}")
+        for scale in (40, 0):
+            seen.open(f"file://{folder}/page.html#scale={scale}&ghost=0&t=0.4")
+            shots[scale] = seen.pixels()
+        expect(changed(shots[40], shots[0]) > 200, "exaggeration changes the picture")
 
 
 with temporary_folder() as name:
