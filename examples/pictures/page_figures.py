@@ -6,8 +6,8 @@
 Each page is opened from disk in a headless Chromium that draws in software. Loading is from the start of navigation until the page is
 ready to be turned; frames a second are those of the page while it plays and is turned, over five seconds and at least ten frames, from the
 tenth on: by then shaders are compiled and the page knows how fast it is drawn. CPU is that of all of the browser's processes, which other
-work on the machine changes less: until the page is ready, its start included, and for each frame. The figures come out of the page by a picture that it asks of a port of this machine: the page's own text is not changed but for a script at
-its end, in a copy.
+work on the machine changes less: until the page is ready, its start included, and for each frame. The figures come out of the page by a
+picture that it asks of a port of this machine: the page's own text is not changed but for a script at its end, in a copy.
 """
 import http.server
 import os
