@@ -207,7 +207,7 @@ void read_matrices(const Reader& reader, hid_t file, FlexibleBody& b) {
   b.Me = get("Me", {n, n}, n == 0);
   b.Ke = get("Ke", {n, n}, n == 0);
   b.De = get("De", {n, n}, true);
-  b.ksigma = get("ksigma", {n}, true);
+  if (const MatX ksigma = get("ksigma", {n}, true); ksigma.size() > 0) b.ksigma = ksigma;
   if (b.n == 0) b.Me = b.Ke = MatX(0, 0);
   b.labels = reader.texts(file, "labels", "/");
   if (!b.labels.empty() && std::ssize(b.labels) != b.n)
