@@ -1,7 +1,8 @@
 // The disk cache of mapped modes: one file per content and build of this library, named by its hash; those not used for longest go.
 //
-// Layout (little endian): "FFMODES6", 16 bytes of content hash, int64 vertices, modes, text length, the report as text lines, 3 M n floats
-// column after column, 8 bytes of hash over everything before. Written beside its name and renamed, so that it is whole or not there.
+// Layout (little endian): "FFMODES7", 16 bytes of content hash, int64 vertices, modes, text length, coordinates of the doubt (n or 0), the
+// report as text lines, 3 M n floats column after column, both n x n tables of the doubt in double, 8 bytes of hash over everything before.
+// Written beside its name and renamed, so that it is whole or not there.
 #include "interp/modes.h"
 
 #include "interp/disk_cache.h"
@@ -22,7 +23,7 @@
 namespace flexframe::interp {
 namespace {
 
-constexpr std::string_view magic = "FFMODES6";
+constexpr std::string_view magic = "FFMODES7";
 using Name = std::array<std::uint64_t, 2>;
 
 // Size and time of the file that this code was loaded from: another build may map otherwise.
@@ -53,6 +54,7 @@ Name content_hash(const Nodes& nodes, const MeshView& mesh, const Options& optio
   h.add(options.lebesgue_warn);
   h.add(options.lebesgue_error);
   h.add(options.merge_distance);
+  h.add(options.thickness);
   return h.words();
 }
 
@@ -82,11 +84,14 @@ std::string encode(const CachedModes& modes, const Name& name) {
   std::string out(magic);
   auto put = [&](const void* data, size_t size) { out.append(static_cast<const char*>(data), size); };
   const std::string report = report_text(modes.report);
-  const std::array<std::int64_t, 3> sizes{modes.columns.rows() / 3, modes.columns.modes(), static_cast<std::int64_t>(report.size())};
+  const std::array<std::int64_t, 4> sizes{modes.columns.rows() / 3, modes.columns.modes(), static_cast<std::int64_t>(report.size()),
+                                          modes.doubt.doubt.rows()};
   put(name.data(), sizeof name);
   put(sizes.data(), sizeof sizes);
   out += report;
   put(modes.columns.tiles().data(), modes.columns.tiles().size_bytes());
+  for (const Eigen::MatrixXd* table : {&modes.doubt.doubt, &modes.doubt.moved})
+    put(table->data(), static_cast<size_t>(table->size()) * sizeof(double));
   Hash check;
   check.add_text(out);
   put(check.words().data(), 8);
@@ -95,21 +100,28 @@ std::string encode(const CachedModes& modes, const Name& name) {
 
 // False for anything but a whole file of this content.
 bool decode(const std::string& data, const Name& name, Eigen::Index vertices, Eigen::Index modes, CachedModes& out) {
-  constexpr size_t head = 8 + 16 + 24;
+  constexpr size_t head = 8 + 16 + 32;
   if (data.size() < head + 8 || data.compare(0, magic.size(), magic) != 0) return false;
   Hash check;
   check.add_bytes(data.data(), data.size() - 8);
   Name found{};
-  std::array<std::int64_t, 3> sizes{};
+  std::array<std::int64_t, 4> sizes{};
   std::uint64_t sum = 0;
   std::memcpy(found.data(), data.data() + 8, 16);
-  std::memcpy(sizes.data(), data.data() + 24, 24);
+  std::memcpy(sizes.data(), data.data() + 24, 32);
   std::memcpy(&sum, data.data() + data.size() - 8, 8);
   if (sum != check.words()[0] || found != name || sizes[0] != vertices || sizes[1] != modes || sizes[2] < 0) return false;
+  if (sizes[3] != 0 && sizes[3] != modes) return false;
   ModeColumns columns(3 * vertices, modes);
-  if (data.size() != head + sizes[2] + columns.tiles().size_bytes() + 8) return false;
+  const size_t tiles = columns.tiles().size_bytes(), table = static_cast<size_t>(sizes[3] * sizes[3]) * sizeof(double);
+  if (data.size() != head + sizes[2] + tiles + 2 * table + 8) return false;
   if (!read_report(data.substr(head, sizes[2]), out.report)) return false;
-  std::memcpy(columns.tiles().data(), data.data() + head + sizes[2], columns.tiles().size_bytes());
+  const char* at = data.data() + head + sizes[2];
+  std::memcpy(columns.tiles().data(), at, tiles);
+  for (Eigen::MatrixXd* into : {&out.doubt.doubt, &out.doubt.moved}) {
+    into->resize(sizes[3], sizes[3]);
+    std::memcpy(into->data(), at + tiles + (into == &out.doubt.moved ? table : 0), table);
+  }
   out.columns = std::move(columns);
   out.from_cache = true;
   return true;
@@ -136,6 +148,7 @@ CachedModes cached_modes(const Nodes& nodes, const MeshView& mesh, const Options
   }
   const Map map = make_map(nodes, mesh, options);
   out.columns = map_modes(map, shapes, turns);
+  out.doubt = doubt_modes(map, mesh, shapes, turns, out.columns);
   out.report = map.report;
   if (cache.empty()) return out;
   // A cache that cannot be written costs time, not the picture.

@@ -222,7 +222,10 @@ Eigen::SparseMatrix<double> surface_stiffness(const Weld& weld, const Graph& gra
   for (const auto& e : entries)
     if (e.row() == e.col()) diagonal += e.value();
   diagonal /= 3.0 * count;
-  // Bridges hold parts together; a trace of Laplacian moves what nothing else holds (slivers, loose vertices) with its neighbours.
+  // Bridges hold parts together, and both faces of a wall (where it is none, what joins faces is for the kernel's patches alone); a trace
+  // of Laplacian moves what nothing else holds (slivers, loose vertices) with its neighbours.
+  int parts = 0;
+  const std::vector<int> part = part_of_vertices(weld, parts);
   const double trace = 1e-9 * diagonal;
   auto spring = [&](int a, int b, double k) {
     for (int c = 0; c < 3; ++c) {
@@ -232,6 +235,17 @@ Eigen::SparseMatrix<double> surface_stiffness(const Weld& weld, const Graph& gra
       entries.emplace_back(3 * b + c, 3 * a + c, -k);
     }
   };
+  auto bar = [&](int a, int b, double k) {
+    const Vec3 axis = (at(b) - at(a)).normalized();
+    const Mat3 block = k * axis * axis.transpose();
+    for (int c = 0; c < 3; ++c)
+      for (int d = 0; d < 3; ++d) {
+        entries.emplace_back(3 * a + c, 3 * a + d, block(c, d));
+        entries.emplace_back(3 * b + c, 3 * b + d, block(c, d));
+        entries.emplace_back(3 * a + c, 3 * b + d, -block(c, d));
+        entries.emplace_back(3 * b + c, 3 * a + d, -block(c, d));
+      }
+  };
   for (int v = 0; v < count; ++v) {
     const int first = graph.begin[v], last = graph.begin[v + 1];
     for (int e = first; e < last; ++e) {
@@ -240,7 +254,10 @@ Eigen::SparseMatrix<double> surface_stiffness(const Weld& weld, const Graph& gra
       const bool mesh_edge = std::binary_search(edges.begin(), edges.end(), HalfEdge{v, w, 0}, [](const HalfEdge& p, const HalfEdge& q) {
         return std::tie(p.a, p.b) < std::tie(q.a, q.b);
       });
-      spring(v, w, mesh_edge ? trace : diagonal);
+      const Vec3 d = at(w) - at(v);
+      const bool across = graph.beside.rows() > 0 && (d + 2.0 * graph.beside.row(v).transpose()).squaredNorm() < 0.5 * d.squaredNorm();
+      if (!mesh_edge && across) bar(v, w, diagonal);
+      spring(v, w, mesh_edge || across || part[v] == part[w] ? trace : diagonal);
     }
     for (int c = 0; c < 3; ++c) entries.emplace_back(3 * v + c, 3 * v + c, first == last ? diagonal : 1e-3 * trace);
   }
@@ -250,13 +267,14 @@ Eigen::SparseMatrix<double> surface_stiffness(const Weld& weld, const Graph& gra
   return stiffness;
 }
 
-Green elastic_green(const Weld& weld, const Graph& graph, const Points& nodes, bool rotations, const std::vector<int>& wanted,
-                    int threads) {
+Green elastic_green(const Weld& weld, const Graph& graph, const Points& nodes, const std::vector<int>& wanted,
+                    const ElasticOptions& options) {
   const Solidity solidity = measure_solidity(weld.positions, weld.triangles);
   const double size = weld.size > 0.0 ? weld.size : (weld.positions.colwise().maxCoeff() - weld.positions.colwise().minCoeff()).norm();
   double thickness = 0.01 * size;
   if (solidity.closed && std::abs(solidity.volume) > 0.0)
     thickness = std::clamp(2.0 * std::abs(solidity.volume) / solidity.area, 1e-4 * size, 0.2 * size);
+  if (options.thickness > 0.0) thickness = options.thickness;
   const Eigen::SparseMatrix<double> stiffness = surface_stiffness(weld, graph, thickness);
 
   // What each node holds: a vertex, the point of a triangle, or the mean (and mean turn) of the vertices around it.
@@ -282,7 +300,7 @@ Green elastic_green(const Weld& weld, const Graph& graph, const Points& nodes, b
     for (int k = first; k < last; ++k)
       for (int c = 0; c < 3; ++c)
         if (weight[k - first] != 0.0) rows.emplace_back(3 * i + c, 3 * graph.node_vertex[k] + c, weight[k - first]);
-    if (!rotations || last - first < 3) continue;
+    if (!options.rotations || last - first < 3) continue;
     // Mean turn of the held vertices: J^-1 sum r x u.
     Vec3 mean = Vec3::Zero();
     for (int k = first; k < last; ++k) mean += weld.positions.row(graph.node_vertex[k]).transpose() / (last - first);
@@ -309,9 +327,12 @@ Green elastic_green(const Weld& weld, const Graph& graph, const Points& nodes, b
     for (int c = 0; c < 3; ++c) picks.emplace_back(3 * static_cast<int>(k) + c, 3 * wanted[k] + c, 1.0);
   Eigen::SparseMatrix<double> pick(3 * static_cast<Eigen::Index>(wanted.size()), stiffness.rows());
   pick.setFromTriplets(picks.begin(), picks.end());
-  Green green = solve_green(stiffness, constraints, pick, n, turned, threads);
+  Green green = solve_green(stiffness, constraints, pick, n, turned, options.threads);
   // Rotation rows were scaled by the size, so that they weigh like displacements.
-  if (green.rotation.size() > 0) green.rotation *= size;
+  if (green.rotation.size() > 0) {
+    green.rotation *= size;
+    green.leave_one_out_turn *= size;
+  }
   Points points(static_cast<Eigen::Index>(wanted.size()), 3);
   for (size_t k = 0; k < wanted.size(); ++k) points.row(static_cast<Eigen::Index>(k)) = weld.positions.row(wanted[k]);
   restore_rigid_motion(green, nodes, points);

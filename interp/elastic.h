@@ -3,7 +3,7 @@
 // Membrane: constant-strain triangles, plane stress (Zienkiewicz and Taylor, The finite element method, vol. 1, 2000, ch. 4).
 // Bending: hinges, 3 |e|^2 / (A1 + A2) times the square of the change of the angle at each edge (Grinspun et al., Discrete shells, 2003;
 // the linearised angle: Bridson et al., Simulation of clothing with folds and wrinkles, 2003). Poisson ratio 0.3, Young's modulus 1.
-// Thickness: 2 V / A if the mesh is closed (a solid's wall that has its volume), else a hundredth of its size.
+// Thickness: as asked for; else 2 V / A if the mesh is closed (a solid's wall that has its volume), else a hundredth of its size.
 #pragma once
 
 #include "interp/graph.h"
@@ -27,7 +27,14 @@ std::vector<int> outward_signs(const Points& vertices, const Triangles& triangle
 // Stiffness 3 V x 3 V of the welded mesh; bridges of the graph are springs.
 Eigen::SparseMatrix<double> surface_stiffness(const Weld& weld, const Graph& graph, double thickness);
 
-// Green's function of the surface at the wanted welded vertices. rotations: nodes off the surface turn the vertices they hold.
-Green elastic_green(const Weld& weld, const Graph& graph, const Points& nodes, bool rotations, const std::vector<int>& wanted, int threads);
+// Green's function of the surface at the wanted welded vertices. rotations: given with the data, nodes off the surface turn the vertices
+// that they hold.
+struct ElasticOptions {
+  double thickness = 0.0;  // m; 0: as above
+  bool rotations = false;
+  int threads = 1;
+};
+Green elastic_green(const Weld& weld, const Graph& graph, const Points& nodes, const std::vector<int>& wanted,
+                    const ElasticOptions& options);
 
 }  // namespace flexframe::interp

@@ -1,6 +1,7 @@
 #include "interp/error_bar.h"
 
 #include "interp/graph.h"
+#include "interp/modes.h"
 #include "interp/residuals.h"
 
 #include <algorithm>
@@ -73,6 +74,89 @@ void ErrorBar::evaluate(const Map& map, const Eigen::Ref<const Points>& displace
       if (const Share& s = carried_[around * v + k]; s.node >= 0) sum += s.weight * length[s.node];
     out[v] = sum;
   }
+}
+
+Eigen::VectorXd ErrorBar::node_weights(const Map& map) const {
+  Eigen::VectorXd weight = Eigen::VectorXd::Zero(map.node_positions.rows());
+  const size_t vertices = carried_.size() / around;
+  for (size_t v = 0; v < vertices; ++v) {
+    double all = 0.0;
+    for (size_t k = around * v; k < around * (v + 1); ++k) all += static_cast<double>(carried_[k].weight);
+    for (size_t k = around * v; k < around * (v + 1); ++k)
+      if (carried_[k].node >= 0) weight[carried_[k].node] += static_cast<double>(carried_[k].weight) * all;
+  }
+  return weight / static_cast<double>(std::max<size_t>(1, vertices));
+}
+
+namespace {
+
+constexpr Eigen::Index looked_at = 4000;  // vertices
+
+Points some_vertices(const MeshView& mesh, Eigen::Index step) {
+  Points some((mesh.vertices.rows() + step - 1) / step, 3);
+  for (Eigen::Index i = 0; i < some.rows(); ++i) some.row(i) = mesh.vertices.row(i * step);
+  return some;
+}
+
+Eigen::Index step_over(Eigen::Index vertices) { return 1 + vertices / looked_at; }
+
+// Half the spacing has this share of the error of a spline of that degree: leaving a node out doubles it.
+double spline_share(const Map& map) {
+  if (std::holds_alternative<AxisLift>(map.lift)) return 1.0 / 16.0;   // cubic: fourth order
+  if (std::holds_alternative<CurveLift>(map.lift)) return 1.0 / 64.0;  // fifth degree: sixth order
+  return 1.0;
+}
+
+}  // namespace
+
+MeanError::MeanError(const Map& map, const MeshView& mesh) {
+  const Points some = some_vertices(mesh, step_over(mesh.vertices.rows()));
+  const MeshView view{Eigen::Map<const Points>(some.data(), some.rows(), 3), Eigen::Map<const Triangles>(nullptr, 0, 3)};
+  const ErrorBar bar(map, view);
+  if (!bar.known()) return;
+  const double share = spline_share(map);
+  weight_ = share * share * bar.node_weights(map);
+}
+
+double MeanError::evaluate(const Map& map, const Eigen::Ref<const Points>& displacement, const Eigen::Ref<const Points>& rotation) const {
+  const Points missed = node_residuals(map, displacement, rotation);
+  double sum = 0.0;
+  for (Eigen::Index i = 0; i < missed.rows(); ++i)
+    if (weight_[i] > 0.0) sum += weight_[i] * missed.row(i).squaredNorm();
+  return std::sqrt(sum);
+}
+
+ModeDoubt doubt_modes(const Map& map, const MeshView& mesh, const Eigen::Ref<const Eigen::MatrixXd>& phi,
+                      const Eigen::Ref<const Eigen::MatrixXd>& psi, const ModeColumns& columns) {
+  ModeDoubt out;
+  const MeanError mean(map, mesh);
+  if (!mean.known() || phi.cols() == 0) return out;
+  const Eigen::Index nodes = map.node_positions.rows(), n = phi.cols();
+  const double size = (mesh.vertices.colwise().maxCoeff() - mesh.vertices.colwise().minCoeff()).norm();
+  Eigen::MatrixXd missed = Eigen::MatrixXd::Zero(3 * nodes, n);
+  for (Eigen::Index m = 0; m < n; ++m) {
+    // So small that it is a mode shape and no finite turn.
+    constexpr double small = 1e-6;
+    const double largest = phi.col(m).cwiseAbs().maxCoeff();
+    if (!(largest > 0.0)) continue;
+    const double scale = small * size / largest;
+    const auto rows_of = [&](const Eigen::MatrixXd& of) {
+      Points rows(of.rows() / 3, 3);
+      for (Eigen::Index i = 0; i < rows.rows(); ++i) rows.row(i) = scale * of.block<3, 1>(3 * i, 0).transpose();
+      return rows;
+    };
+    const Points r = node_residuals(map, rows_of(phi.col(m)), map.rotations ? rows_of(psi.col(m)) : Points(0, 3));
+    for (Eigen::Index i = 0; i < nodes; ++i)
+      if (mean.weights()[i] > 0.0) missed.block<3, 1>(3 * i, m) = std::sqrt(mean.weights()[i]) / scale * r.row(i).transpose();
+  }
+  out.doubt = missed.transpose() * missed;
+  const Eigen::Index step = step_over(map.vertices), some = (map.vertices + step - 1) / step;
+  Eigen::MatrixXd moved(3 * some, n);
+  for (Eigen::Index i = 0; i < some; ++i)
+    for (Eigen::Index m = 0; m < n; ++m)
+      for (int c = 0; c < 3; ++c) moved(3 * i + c, m) = static_cast<double>(columns(3 * i * step + c, m));
+  out.moved = moved.transpose() * moved / static_cast<double>(some);
+  return out;
 }
 
 }  // namespace flexframe::interp

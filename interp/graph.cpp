@@ -534,59 +534,65 @@ void bridge_parts(Graph& graph, const Weld& weld, const PointGrid& grid, int eno
   if (graph.parts > 1) Bridges(graph, weld, grid, std::move(part_of), held).build(enough, edges);
 }
 
-// Way of every vertex to the nearest node along the edges.
-std::vector<double> way_to_nodes(const Graph& graph, const Weld& weld, std::vector<Edge> edges) {
-  std::vector<int> begin, to;
-  compress(graph.vertices, edges, begin, to);
-  std::vector<double> way(graph.vertices, std::numeric_limits<double>::infinity());
-  using Entry = std::pair<double, int>;
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> front;
-  for (size_t a = 0; a < graph.node_vertex.size(); ++a) front.emplace(graph.node_length[a], graph.node_vertex[a]);
-  while (!front.empty()) {
-    const auto [d, v] = front.top();
-    front.pop();
-    if (d >= way[v]) continue;
-    way[v] = d;
-    for (int e = begin[v]; e < begin[v + 1]; ++e)
-      if (const double next = d + (weld.positions.row(v) - weld.positions.row(to[e])).norm(); next < way[to[e]]) front.emplace(next, to[e]);
+// What lies beside the middle of a wall.
+void set_middle(Graph& graph, const Weld& weld, const Points& nodes, const Points& beside) {
+  Points at = Points::Zero(graph.nodes, 3), across = at;
+  for (int i = 0; i < graph.nodes; ++i) {
+    const auto first = graph.node_length.begin() + graph.node_begin[i], last = graph.node_length.begin() + graph.node_begin[i + 1];
+    const int v = graph.node_vertex[static_cast<size_t>(std::min_element(first, last) - graph.node_length.begin())];
+    const Vec3 half = beside.row(v).transpose(), x = (nodes.row(i) - weld.positions.row(v)).transpose() + half;
+    const double thick2 = half.squaredNorm(), share = thick2 > 0.0 ? x.dot(half) / thick2 : 0.0;
+    constexpr double outside = 1.5;
+    if (std::abs(share) < outside) at.row(i) = share * half.transpose();
+    if (thick2 > 0.0) across.row(i) = half.transpose() / std::sqrt(thick2);
   }
-  return way;
+  // Nodes of both faces that stand as near each other as the wall is thick tell how it turns: these stay where they are.
+  constexpr double near_height = 4.0;
+  const Points middle = nodes - at, height = at;
+  const PointGrid grid(middle);
+  std::vector<int> near;
+  for (int i = 0; i < graph.nodes; ++i) {
+    grid.within(middle.row(i).transpose(), near_height * height.row(i).norm(), near);
+    if (std::any_of(near.begin(), near.end(), [&](int j) { return height.row(i).dot(height.row(j)) < 0.0; })) at.row(i).setZero();
+  }
+  graph.beside = beside;
+  graph.node_beside = at;
+  graph.node_normal = across;
 }
 
-// Thin walls whose nodes are on one face: the other face is joined through the material, or its vertices would follow the nodes round the
-// rim. Of each vertex the nearest one that looks the other way and lies inward of it.
-void join_faces(const Graph& graph, const Weld& weld, const Points& nodes, const PointGrid& grid, std::vector<Edge>& edges) {
+// Thin walls: both faces are joined through the material, or a face would follow nodes round the rim, or the few nodes that it has itself.
+// Of each vertex the nearest one that looks the other way and lies inward of it.
+void join_faces(Graph& graph, const Weld& weld, const Points& nodes, const PointGrid& grid, std::vector<Edge>& edges) {
   constexpr int most_vertices = 300000;
+  constexpr double most_walls = 0.6;  // of the vertices: the body is one
   if (weld.triangles.rows() == 0 || graph.vertices > most_vertices || graph.nodes < 3) return;
   const Solidity solidity = measure_solidity(weld.positions, weld.triangles);
   const double thickness = 2.0 * std::abs(solidity.volume) / solidity.area;
   const double spacing = std::sqrt(solidity.area / static_cast<double>(graph.nodes));
   if (!solidity.closed || !(thickness > 0.0) || thickness > 0.3 * spacing) return;
-  const std::vector<double> way = way_to_nodes(graph, weld, edges);
-  const PointGrid at_nodes(nodes);
-  int far = 0, looked = 0;
-  for (int v = 0; v < graph.vertices; v += 1 + graph.vertices / 5000, ++looked) {
-    const Vec3 x = weld.positions.row(v).transpose();
-    far += way[v] > 1.5 * (nodes.row(at_nodes.nearest(x)).transpose() - x).norm() + 2.0 * thickness;
-  }
-  constexpr double share = 0.1;
-  if (far < share * looked) return;
   const std::vector<int> sign = outward_signs(weld.positions, weld.triangles);
   Points normal = Points::Zero(graph.vertices, 3);
-  Eigen::VectorXd edge = Eigen::VectorXd::Zero(graph.vertices);
+  Eigen::VectorXd edge = Eigen::VectorXd::Zero(graph.vertices), area = edge;
   for (Eigen::Index t = 0; t < weld.triangles.rows(); ++t) {
     const Eigen::Vector3i c = weld.triangles.row(t).transpose();
     const Vec3 a = (weld.positions.row(c[1]) - weld.positions.row(c[0])).transpose(),
                b = (weld.positions.row(c[2]) - weld.positions.row(c[0])).transpose();
     for (int k = 0; k < 3; ++k) {
       normal.row(c[k]) += sign[t] * a.cross(b).transpose();
+      area[c[k]] += a.cross(b).norm();
       edge[c[k]] = std::max(edge[c[k]], std::max(a.norm(), b.norm()));
     }
   }
+  // Vertices where faces meet at an angle, as on a rim, have no normal; what lies across the wall is known beside them.
+  constexpr double creased = 0.95;
+  Points beside = Points::Zero(graph.vertices, 3);
+  int walls = 0, smooth = 0;
   std::vector<int> near;
   for (int v = 0; v < graph.vertices; ++v) {
+    if (!(normal.row(v).norm() > creased * area[v])) continue;
+    ++smooth;
     const Vec3 x = weld.positions.row(v).transpose(), n = normal.row(v).transpose().normalized();
-    double best = std::numeric_limits<double>::infinity();
+    double best = std::numeric_limits<double>::infinity(), deep = 0.0;
     int opposite = -1;
     grid.within(x, std::max(1.5 * thickness, std::min(edge[v], 0.5 * spacing) + thickness), near);
     for (const int w : near) {
@@ -595,12 +601,30 @@ void join_faces(const Graph& graph, const Weld& weld, const Points& nodes, const
       if (depth < 0.1 * thickness || depth > 3.0 * thickness || d.norm() >= best || normal.row(w).dot(n) > -0.5 * normal.row(w).norm())
         continue;
       best = d.norm();
+      deep = depth;
       opposite = w;
     }
     if (opposite < 0) continue;
+    ++walls;
+    beside.row(v) = 0.5 * deep * n.transpose();
     edges.push_back({v, opposite});
     edges.push_back({opposite, v});
   }
+  // Creases as the nearest of their neighbours that are of a wall.
+  const Points known = beside;
+  const auto was_smooth = [&](int v) { return normal.row(v).norm() > creased * area[v]; };
+  Eigen::VectorXd nearest = Eigen::VectorXd::Constant(graph.vertices, std::numeric_limits<double>::infinity());
+  for (Eigen::Index t = 0; t < weld.triangles.rows(); ++t)
+    for (int k = 0; k < 3; ++k) {
+      const int v = weld.triangles(t, k), w = weld.triangles(t, (k + 1) % 3);
+      for (const auto& [to, from] : {std::pair(v, w), std::pair(w, v)}) {
+        const double length = (weld.positions.row(to) - weld.positions.row(from)).norm();
+        if (was_smooth(to) || !(known.row(from).squaredNorm() > 0.0) || length >= nearest[to]) continue;
+        nearest[to] = length;
+        beside.row(to) = known.row(from);
+      }
+    }
+  if (walls > most_walls * smooth) set_middle(graph, weld, nodes, beside);
 }
 
 void set_neighbours(Graph& graph, const Weld& weld, std::vector<Edge>& edges) {

@@ -66,8 +66,10 @@ struct Graph {
   std::vector<int> vertex_begin, vertex_node;  // the same from the vertices' side
   std::vector<double> vertex_length;
   std::vector<double> off_mesh;  // distance of each node from the surface
-  int parts = 0;                 // connected parts of the mesh
-  int pieces = 0;                // parts and groups of bridged parts that hold nodes
+  // Of a wall far thinner than the nodes' spacing: from its middle to each vertex and node, m; zero where it is no wall. No rows: no wall.
+  Points beside, node_beside, node_normal;  // node_normal: unit vector across the wall
+  int parts = 0;                            // connected parts of the mesh
+  int pieces = 0;                           // parts and groups of bridged parts that hold nodes
   // Parts that had to be bridged, the largest first: vertices, their middle (m), nodes held.
   struct Bridged {
     int vertices = 0, nodes = 0;

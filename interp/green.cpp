@@ -49,12 +49,20 @@ Green solve_green(const Eigen::SparseMatrix<double>& stiffness, const Eigen::Spa
     for (size_t k = 0; k < turned.size(); ++k)
       green.rotation.middleCols(3 * static_cast<Eigen::Index>(turned[k]), 3) = whole.middleCols(n + 3 * static_cast<Eigen::Index>(k), 3);
   }
-  // The residual of the displacements alone.
-  green.leave_one_out = inverse.topLeftCorner(n, n);
+  // A node that is left out takes its turn with it: rows of both, of which the displacements are kept.
+  const Eigen::MatrixXd nodal = inverse - beta * Eigen::MatrixXd::Identity(rows, rows);
+  std::vector<Eigen::Index> turn_of(nodes, -1);
+  for (size_t k = 0; k < turned.size(); ++k) turn_of[turned[k]] = n + 3 * static_cast<Eigen::Index>(k);
+  green.leave_one_out.resize(n, n);
+  if (!turned.empty()) green.leave_one_out_turn = Eigen::MatrixXd::Zero(n, n);
   for (Eigen::Index i = 0; i < nodes; ++i) {
-    const Mat3 block = inverse.block<3, 3>(3 * i, 3 * i);
-    const Eigen::MatrixXd scaled = block.inverse() * green.leave_one_out.middleRows(3 * i, 3);
-    green.leave_one_out.middleRows(3 * i, 3) = scaled;
+    std::vector<Eigen::Index> own{3 * i, 3 * i + 1, 3 * i + 2};
+    if (turn_of[i] >= 0) own.insert(own.end(), {turn_of[i], turn_of[i] + 1, turn_of[i] + 2});
+    const Eigen::MatrixXd residual = nodal(own, own).partialPivLu().solve(nodal(own, Eigen::all)).topRows(3);
+    green.leave_one_out.middleRows(3 * i, 3) = residual.leftCols(n);
+    for (size_t k = 0; k < turned.size(); ++k)
+      green.leave_one_out_turn.block<3, 3>(3 * i, 3 * static_cast<Eigen::Index>(turned[k])) =
+          residual.middleCols<3>(n + 3 * static_cast<Eigen::Index>(k));
   }
   // The nodes' stiffness is the inverse less beta. Its softest six are rigid.
   constexpr Eigen::Index rigid = 6, softest = 6;

@@ -4,7 +4,7 @@
 //
 // (augmented Lagrangian: the term in beta vanishes at the solution and makes the matrix definite as soon as the nodes hold the body).
 // One sparse Cholesky factorisation, one solve per row of B. Source: Bathe, Finite element procedures, 1996, 3.4 (constraints by Lagrange
-// multipliers). Leave-one-out: node i left out, its force vanishes: residual (G^-1)_ii^-1 (G^-1 g)_i, 3 x 3 blocks.
+// multipliers). The nodes' stiffness is S = G^-1 - beta. Leave-one-out: node i left out, its force vanishes: residual S_ii^-1 (S g)_i.
 #pragma once
 
 #include "interp/types.h"
@@ -14,10 +14,11 @@
 namespace flexframe::interp {
 
 struct Green {
-  Eigen::MatrixXd displacement;   // 3 P x 3 N: wanted points against the nodes' displacements
-  Eigen::MatrixXd rotation;       // 3 P x 3 N: against the nodes' rotations, or empty
-  Eigen::MatrixXd leave_one_out;  // 3 N x 3 N
-  Eigen::MatrixXd soft;           // 3 N x at most 6: motions of the nodes that cost the least energy beside rigid ones; none with rotations
+  Eigen::MatrixXd displacement;        // 3 P x 3 N: wanted points against the nodes' displacements
+  Eigen::MatrixXd rotation;            // 3 P x 3 N: against the nodes' rotations, or empty
+  Eigen::MatrixXd leave_one_out;       // 3 N x 3 N
+  Eigen::MatrixXd leave_one_out_turn;  // 3 N x 3 N: against the nodes' rotations, or empty
+  Eigen::MatrixXd soft;  // 3 N x at most 6: motions of the nodes that cost the least energy beside rigid ones; none with rotations
 };
 
 // K n x n symmetric, positive semidefinite; B rows x n: first 3 N rows displacements of the nodes, then rows of rotations for the nodes in

@@ -125,26 +125,15 @@ Points lift_dense(const DenseLift& lift, const Points& displacement, const Point
     return out;
   }
   // Elastic part in the frame that follows the nodes best, rigid part exactly.
-  const RigidMotion rigid = best_rigid_motion(lift.node_positions, displacement, given ? rotation : Points(0, 3));
-  double finite2 = 0.0;
-  for (Eigen::Index i = 0; i < displacement.rows(); ++i)
-    finite2 += (Vec3(displacement.row(i).transpose()) - rigid.displacement(lift.node_positions.row(i).transpose())).squaredNorm();
-  const double share = finite_share(finite2, linear_residual(lift.node_positions, displacement));
-  if (share == 0.0) return lift_dense(lift, displacement, rotation, false);
-  Points rest(displacement.rows(), 3), turn(given ? displacement.rows() : 0, 3);
-  for (Eigen::Index i = 0; i < displacement.rows(); ++i) {
-    const Vec3 moved = (lift.node_positions.row(i) + displacement.row(i)).transpose();
-    rest.row(i) =
-        (rigid.rotation.transpose() * (moved - rigid.centre - rigid.translation) + rigid.centre).transpose() - lift.node_positions.row(i);
-    if (given) turn.row(i) = rotation_vector(rigid.rotation.transpose() * rotation_matrix(rotation.row(i).transpose())).transpose();
-  }
-  flat_out = lift.displacement * flat(rest);
-  if (given) flat_out += lift.rotation * flat(turn);
+  const LocalMotion local = local_motion(lift.node_positions, displacement, given ? rotation : Points(0, 3));
+  if (local.share == 0.0) return lift_dense(lift, displacement, rotation, false);
+  flat_out = lift.displacement * flat(local.displacement);
+  if (given) flat_out += lift.rotation * flat(local.rotation);
   for (Eigen::Index i = 0; i < out.rows(); ++i) {
     const Vec3 elastic = out.row(i).transpose();
-    out.row(i) = (rigid.rotation * elastic + rigid.displacement(lift.source_positions.row(i).transpose())).transpose();
+    out.row(i) = (local.rigid.rotation * elastic + local.rigid.displacement(lift.source_positions.row(i).transpose())).transpose();
   }
-  if (share < 1.0) out = share * out + (1.0 - share) * lift_dense(lift, displacement, rotation, false);
+  if (local.share < 1.0) out = local.share * out + (1.0 - local.share) * lift_dense(lift, displacement, rotation, false);
   return out;
 }
 
@@ -246,6 +235,27 @@ RigidMotion best_rigid_motion(const Points& positions, const Points& displacemen
   }
   motion.rotation = nearest_rotation(spread);
   return motion;
+}
+
+LocalMotion local_motion(const Points& positions, const Points& displacement, const Points& rotation) {
+  LocalMotion local;
+  local.rigid = best_rigid_motion(positions, displacement, rotation);
+  const RigidMotion& rigid = local.rigid;
+  double finite2 = 0.0;
+  for (Eigen::Index i = 0; i < displacement.rows(); ++i)
+    finite2 += (Vec3(displacement.row(i).transpose()) - rigid.displacement(positions.row(i).transpose())).squaredNorm();
+  local.share = finite_share(finite2, linear_residual(positions, displacement));
+  local.displacement = displacement;
+  local.rotation = rotation;
+  if (local.share == 0.0) return local;
+  for (Eigen::Index i = 0; i < displacement.rows(); ++i) {
+    const Vec3 moved = (positions.row(i) + displacement.row(i)).transpose();
+    local.displacement.row(i) =
+        (rigid.rotation.transpose() * (moved - rigid.centre - rigid.translation) + rigid.centre).transpose() - positions.row(i);
+    if (rotation.rows() > 0)
+      local.rotation.row(i) = rotation_vector(rigid.rotation.transpose() * rotation_matrix(rotation.row(i).transpose())).transpose();
+  }
+  return local;
 }
 
 }  // namespace flexframe::interp

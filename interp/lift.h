@@ -59,10 +59,20 @@ struct RigidMotion {
 // positions, displacement: N x 3, m; rotation: N x 3 rotation vectors, rad, or 0 x 3.
 RigidMotion best_rigid_motion(const Points& positions, const Points& displacement, const Points& rotation);
 
+// The nodes' motion as seen from the frame that follows them best, as far as the data are finite turns (share, 0..1) rather than a mode
+// shape (share 0: rest and turns are the data themselves).
+struct LocalMotion {
+  RigidMotion rigid;
+  double share = 0.0;
+  Points displacement, rotation;  // rotation: no rows where none are given
+};
+LocalMotion local_motion(const Points& positions, const Points& displacement, const Points& rotation);
+
 // Leave-one-out rows: residual of node i = sum of weights times sources (sparse), or times node displacements (dense).
 struct LeaveOneOut {
   SparseWeights rows;     // N x P, precise; 0 rows: none
   Eigen::MatrixXd dense;  // 3 N x 3 N or empty
+  Eigen::MatrixXd turn;   // 3 N x 3 N, against the nodes' rotations, or empty
 };
 
 }  // namespace flexframe::interp

@@ -323,7 +323,7 @@ std::vector<int> choose_sources(const Weld& weld, const Graph& graph, double are
 }
 
 // Elastic solution at sources, which then move the vertices: all vertices where the dense table of N columns stays small.
-Partition make_green_map(Map& map, const Weld& weld, const Graph& graph, PartitionOptions how) {
+Partition make_green_map(Map& map, const Weld& weld, const Graph& graph, double thickness, PartitionOptions how) {
   const int count = graph.nodes;
   constexpr int table = 500000;  // vertices times nodes: 36 MB
   const int wanted = std::max(4 * count, std::min(graph.vertices, table / std::max(1, count)));
@@ -332,7 +332,7 @@ Partition make_green_map(Map& map, const Weld& weld, const Graph& graph, Partiti
   const std::vector<int> chosen =
       choose_sources(weld, graph, area, lattice ? std::min(wanted, std::max(4 * count, lattice_sources)) : wanted);
   Green green = lattice ? lattice_green(weld, map.node_positions, chosen, how.threads)
-                        : elastic_green(weld, graph, map.node_positions, map.rotations, chosen, how.threads);
+                        : elastic_green(weld, graph, map.node_positions, chosen, {thickness, map.rotations, how.threads});
   DenseLift lift;
   lift.node_positions = map.node_positions;
   lift.source_positions.resize(static_cast<Eigen::Index>(chosen.size()), 3);
@@ -365,7 +365,10 @@ Partition make_green_map(Map& map, const Weld& weld, const Graph& graph, Partiti
   lift.displacement = std::move(green.displacement);
   lift.rotation = std::move(green.rotation);
   part.soft = std::move(green.soft);
-  map.leave_one_out.dense = count > 2 ? std::move(green.leave_one_out) : Eigen::MatrixXd();
+  if (count > 2) {
+    map.leave_one_out.dense = std::move(green.leave_one_out);
+    map.leave_one_out.turn = std::move(green.leave_one_out_turn);
+  }
   map.lift = std::move(lift);
   return part;
 }
@@ -430,7 +433,7 @@ Partition map_by_elasticity(const Options& options, const Weld& weld, const Grap
                             std::string& loose) {
   Partition part;
   try {
-    part = make_green_map(map, weld, graph, how);
+    part = make_green_map(map, weld, graph, options.thickness, how);
     if (!(part.lebesgue <= options.lebesgue_warn)) loose = fmt::format("its Lebesgue constant is {:.3g}", part.lebesgue);
   } catch (const MapError& error) {
     if (options.scheme != Scheme::automatic) throw;
@@ -688,7 +691,10 @@ Points node_residuals(const Map& map, const Eigen::Ref<const Points>& displaceme
   } else if (const auto* curves = std::get_if<CurveLift>(&map.lift); curves != nullptr) {
     leave_out_of_curves(map, *curves, u, theta, residual);
   } else if (map.leave_one_out.dense.size() > 0) {
-    const Eigen::VectorXd r = map.leave_one_out.dense * Eigen::Map<const Eigen::VectorXd>(u.data(), u.size());
+    const LocalMotion local = local_motion(map.node_positions, u, theta);
+    Eigen::VectorXd r = map.leave_one_out.dense * Eigen::Map<const Eigen::VectorXd>(local.displacement.data(), local.displacement.size());
+    if (map.leave_one_out.turn.size() > 0 && theta.rows() > 0)
+      r += map.leave_one_out.turn * Eigen::Map<const Eigen::VectorXd>(local.rotation.data(), local.rotation.size());
     residual = Eigen::Map<const Points>(r.data(), n, 3);
   } else if (map.leave_one_out.rows.rows == n) {
     const Points sources = lift_exact(map.lift, u, theta);

@@ -52,6 +52,7 @@ struct Options {
   double lebesgue_warn = 10.0;    // above: repaired, and a warning
   double lebesgue_error = 100.0;  // above after repair: MapError
   double merge_distance = 1e-6;   // nodes closer than this times the size of the mesh are one node
+  double thickness = 0.0;         // m, of an elastic surface's wall; 0: 2 V / A of a closed mesh, a hundredth of an open one's size
   bool precise = false;           // keep the weights in double too (apply_precise); twice the memory
   int threads = 0;                // 0: all cores; the result does not depend on it
 };

@@ -6,6 +6,7 @@
 #pragma once
 
 #include "interp/cpu_kernels.h"
+#include "interp/error_bar.h"
 #include "interp/large_memory.h"
 #include "interp/map.h"
 
@@ -49,6 +50,7 @@ void apply_modes_batch(const ModeColumns& columns, const Eigen::Ref<const Eigen:
 // the format, so a stale answer cannot be read. A damaged or foreign file is made anew. cache empty: no cache.
 struct CachedModes {
   ModeColumns columns;
+  ModeDoubt doubt;
   Report report;
   bool from_cache = false;
 };

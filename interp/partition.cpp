@@ -136,7 +136,8 @@ struct Gather {
 
 // What the rows of all vertices are made of.
 struct RowMaker {
-  const Weld& weld;
+  const Points& positions;  // where the patches are evaluated
+  const Points& beside;     // from there to the vertices, or no rows
   const Blend& blend;
   const std::vector<Patch>& patches;
   const std::vector<int>& director;  // 3 director sources of a node that carries arms, from this one; -1: none
@@ -147,22 +148,24 @@ struct RowMaker {
   Rows make(int first, int last) const;
 
  private:
-  void add_patch(const Patch& patch, const Vec3& x, double share, Gather& gather) const;
+  void add_patch(const Patch& patch, int vertex, double share, Gather& gather) const;
 };
 
 // Leaves the patch's weights in the gatherer.
-void RowMaker::add_patch(const Patch& patch, const Vec3& x, double share, Gather& gather) const {
+void RowMaker::add_patch(const Patch& patch, int vertex, double share, Gather& gather) const {
+  const Vec3 x = positions.row(vertex).transpose();
   const auto k = static_cast<Eigen::Index>(patch.node.size());
   gather.weights.resize(k);
   patch_weights(patch, x, gather.scratch, gather.weights);
   const auto dropped = patch.frame.rightCols(3 - patch.directions);
-  const Vec3 beside = patch.arm > 0.0 ? Vec3(dropped * (dropped.transpose() * (x - patch.origin))) : Vec3(Vec3::Zero());
+  Vec3 off = patch.arm > 0.0 ? Vec3(dropped * (dropped.transpose() * (x - patch.origin))) : Vec3(Vec3::Zero());
+  if (beside.rows() > 0) off += beside.row(vertex).transpose();
   for (Eigen::Index i = 0; i < k; ++i) {
     const int node = patch.node[i];
     const double w = share * gather.weights[i];
     gather.add(node, w);
     if (patch.arm > 0.0 && director[node] >= 0) {
-      const Vec3 arm = w * (beside - patch.off.col(i));
+      const Vec3 arm = w * (off - patch.off.col(i));
       for (int c = 0; c < 3; ++c) gather.add(director[node] + c, arm[c]);
     }
   }
@@ -175,7 +178,6 @@ Rows RowMaker::make(int first, int last) const {
   for (int row = first; row < last; ++row) {
     look();
     const int v = chosen.empty() ? row : chosen[row];
-    const Vec3 x = weld.positions.row(v).transpose();
     const size_t begin = blend.begin[v], end = blend.begin[v + 1];
     double total = 0.0;
     for (size_t b = begin; b < end; ++b) total += static_cast<double>(blend.value[b]);
@@ -183,7 +185,7 @@ Rows RowMaker::make(int first, int last) const {
       const size_t p = blend.patch[b];
       const double share = end - begin == 1 ? 1.0 : static_cast<double>(blend.value[b]) / total;
       if (share <= 0.0) continue;
-      add_patch(patches[p], x, share, gather);
+      add_patch(patches[p], v, share, gather);
       // A patch answers for what it adds: its sum of weights, damped where its share is small.
       rows.worst[p] = std::max(rows.worst[p], std::min(1.0, 4.0 * share) * gather.weights.lpNorm<1>());
     }
@@ -229,14 +231,34 @@ void add_twist(const Patch& patch, const Points& nodes, ArmLift::Estimate& e) {
   e.tangents = 2;
 }
 
-// Rotation of a node with arms: derivatives of its home patch's interpolant there.
-ArmLift::Estimate make_estimate(const Patch& patch, const Points& nodes, const Vec3& x) {
+// Patch in the middle of a wall: its nodes and vertices lie beside.
+void add_wall(const Graph& graph, std::span<const int> vertices, Patch& patch) {
+  double nodes = 0.0, farthest = 0.0;
+  for (size_t k = 0; k < patch.node.size(); ++k) {
+    const Vec3 beside = graph.node_beside.row(patch.node[k]).transpose();
+    patch.off.col(static_cast<Eigen::Index>(k)) += beside;
+    nodes = std::max(nodes, beside.norm());
+  }
+  for (const int v : vertices) farthest = std::max(farthest, graph.beside.row(v).norm());
+  patch.arm += nodes + farthest;
+}
+
+// Rotation of a node with arms: derivatives of its home patch's interpolant there. across: unit vector across the wall that it is on, or
+// zero: along it nothing tells a derivative, where the nodes of a curved wall seem to have one.
+ArmLift::Estimate make_estimate(const Patch& patch, const Points& nodes, const Vec3& x, const Vec3& across) {
   ArmLift::Estimate e;
   e.frame = patch.frame;
   e.tangents = patch.directions;
   e.node = patch.node;
   e.gradient = patch_gradient(patch, x);
   if (e.tangents == 1) add_twist(patch, nodes, e);
+  if (e.tangents == 3 && across.squaredNorm() > 0.0) {
+    Mat3 axes;
+    axes.col(0) = across.unitOrthogonal();
+    axes.col(1) = across.cross(Vec3(axes.col(0)));
+    e.gradient = (axes.leftCols(2).transpose() * patch.frame * e.gradient).eval();
+    e.tangents = 2;
+  }
   // Tangents of the nodes' own surface, which need not be quite flat: then rigid motion of the nodes is seen as such.
   for (int t = 0; t < e.tangents; ++t) {
     e.frame.col(t).setZero();
@@ -386,6 +408,13 @@ Partition PartitionMaker::make(const PartitionOptions& options, std::span<const 
   if (start.size() == number) repair.assign(start.begin(), start.end());
   std::vector<char> stale(number, 1), sheet(number, 0);
   if (options.sheets && normals_.rows() == 0) normals_ = vertex_normals(weld_);
+  const bool wall = in_wall(options);
+  if (wall && middle_.rows() == 0) {
+    middle_ = weld_.positions - graph_.beside;
+    node_middle_ = nodes_ - graph_.node_beside;
+  }
+  const Points none(0, 3);
+  const Points &positions = wall ? middle_ : weld_.positions, &nodes = wall ? node_middle_ : nodes_;
   std::vector<int> director;
   int sources = count;
   for (int pass = 0;; ++pass) {
@@ -396,9 +425,10 @@ Partition PartitionMaker::make(const PartitionOptions& options, std::span<const 
         std::vector<int> evaluated;
         for (const Share& s : cover.share[i]) evaluated.push_back(s.vertex);
         PatchKind kind{options.kernel, repair[i]};
-        patches[i] = make_patch(nodes_, cover.node[i], weld_.positions, evaluated, kind);
+        patches[i] = make_patch(nodes, cover.node[i], positions, evaluated, kind);
         kind.sheet = options.sheets && patches[i].directions == 3 && looks_like_sheet(patches[i], evaluated);
-        if (kind.sheet) patches[i] = make_patch(nodes_, cover.node[i], weld_.positions, evaluated, kind);
+        if (kind.sheet) patches[i] = make_patch(nodes, cover.node[i], positions, evaluated, kind);
+        if (wall) add_wall(graph_, evaluated, patches[i]);
         sheet[i] = kind.sheet;
         if (!options.arms) patches[i].arm = 0.0;
       }
@@ -420,7 +450,7 @@ Partition PartitionMaker::make(const PartitionOptions& options, std::span<const 
     sources = source_count(Lift(out.lift));
 
     Guard guard(number);
-    const RowMaker maker{weld_, blend, patches, director, count, sources, options.precise, vertices};
+    const RowMaker maker{positions, wall ? graph_.beside : none, blend, patches, director, count, sources, options.precise, vertices};
     out.weights = {};
     out.weights = make_rows(maker, vertices.empty() ? graph_.vertices : static_cast<int>(vertices.size()), options.threads, guard);
     out.lebesgue = guard.lebesgue;
@@ -440,7 +470,8 @@ Partition PartitionMaker::make(const PartitionOptions& options, std::span<const 
 
   if (!options.rotations)
     for (const int i : out.lift.director_node)
-      out.lift.estimate.push_back(make_estimate(patches[cover.home[i]], nodes_, nodes_.row(i).transpose()));
+      out.lift.estimate.push_back(make_estimate(patches[cover.home[i]], nodes_, nodes.row(i).transpose(),
+                                                wall ? Vec3(graph_.node_normal.row(i).transpose()) : Vec3(Vec3::Zero())));
   out.leave_one_out = make_leave_one_out(patches, cover.home, director, count, sources);
   out.repairs = std::move(repair);
   return out;

@@ -48,6 +48,8 @@ class PartitionMaker {
   // vertices: welded vertices that get rows, in this order, and count for the limit; empty: all. start: simplifications to begin with, as
   // Partition::repairs has them for patches of the same size; empty: none.
   Partition make(const PartitionOptions& options, std::span<const int> vertices = {}, std::span<const Repair> start = {});
+  // Whether patches are made in the middle of a wall, with both faces on arms.
+  bool in_wall(const PartitionOptions& options) const { return graph_.beside.rows() > 0 && options.arms && options.patch_nodes > 0; }
 
  private:
   struct Covered;
@@ -60,6 +62,7 @@ class PartitionMaker {
   const Points& nodes_;
   std::map<int, std::unique_ptr<Covered>> covered_;  // by nodes a patch
   Points normals_;                                   // of the welded vertices, where sheets were asked for
+  Points middle_, node_middle_;                      // of vertices and nodes, in the middle of the wall
 };
 
 // One partition, of all vertices.

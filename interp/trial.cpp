@@ -134,7 +134,7 @@ Partition make_tried_partition(const Weld& weld, const Graph& graph, const Point
   };
   PartitionOptions options = given;
   // One patch of all nodes is the plain kernel, for comparison.
-  if (given.patch_nodes > 0 && weld.triangles.rows() > 0 && thin_wall(weld, nodes.rows())) {
+  if (given.patch_nodes > 0 && weld.triangles.rows() > 0 && !maker.in_wall(given) && thin_wall(weld, nodes.rows())) {
     options.sheets = true;
     const Partition walls = maker.make(options, sample.vertices);
     options.sheets = walls.sheets > 0 && wrong(walls) < wrong(maker.make(given, sample.vertices));

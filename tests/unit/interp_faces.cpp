@@ -1,6 +1,8 @@
 // Meshes on the surface of finite elements: the elements' own motion at every point of a face, rigid motion beside it, error bars.
 #include "interp/error_bar.h"
 #include "interp/faces.h"
+#include "interp/modes.h"
+#include "interp/residuals.h"
 #include "interp_bodies.h"
 
 #include <gtest/gtest.h>
@@ -173,6 +175,66 @@ TEST(InterpErrorBar, IsOfTheSizeOfTheError) {
     bar.evaluate(map, rows(nodes.positions, rigid), none, told);
     for (const float e : told) EXPECT_LT(e, 1e-6f);
   }
+}
+
+// A node left out of an elastic surface or a lattice: what the map of the other nodes, made without it, does there.
+TEST(InterpErrorBar, LeavesOutWhatAnotherMapHasNot) {
+  const Body plate = make_blocks(lines(0.0, 1.0, 10), lines(0.0, 0.6, 6), {0.0, 0.05}, [](int, int, int) { return true; });
+  const std::vector<int> pick = farthest_points(plate.v, 14);
+  const auto wave = [](const Vec3& p) { return Vec3(0.01 * p.y() * p.x(), 0.0, 0.1 * std::sin(4.0 * p.x()) * std::cos(3.0 * p.y())); };
+  for (const Scheme scheme : {Scheme::elastic, Scheme::lattice}) {
+    Options options;
+    options.precise = true;
+    options.scheme = scheme;
+    const Nodes nodes = nodes_at(plate.v, pick, 14);
+    Points u(14, 3);
+    for (int i = 0; i < 14; ++i) u.row(i) = 1e-3 * wave(nodes.positions.row(i).transpose()).transpose();
+    const Points none(0, 3);
+    const Map map = make_map(nodes, plate.view(), options);
+    const Points missed = node_residuals(map, u, none);
+    for (int left = 0; left < 14; left += scheme == Scheme::lattice ? 14 : 5) {
+      std::vector<int> others = pick;
+      others.erase(others.begin() + left);
+      Points moved(13, 3);
+      for (int i = 0; i < 13; ++i) moved.row(i) = u.row(i < left ? i : i + 1);
+      const Map without = make_map(nodes_at(plate.v, others, 13), plate.view(), options);
+      const Vec3 predicted = apply_linear(without, moved, none).row(pick[left]).transpose(), known = u.row(left).transpose();
+      const Vec3 found = missed.row(map.node_of[left]).transpose();
+      // Signs differ by what is called the miss; the trace that keeps loose vertices and rigid motion's mending are the tolerance.
+      EXPECT_NEAR(found.norm(), (predicted - known).norm(), 0.01 * (predicted - known).norm()) << scheme_name(scheme) << " " << left;
+    }
+  }
+}
+
+// The mean of the body is that of its vertices; a body's coordinates have the same by their tables.
+TEST(InterpErrorBar, OfTheWholeBody) {
+  const Body plate = make_sheet(1.0, 0.8, 41, 33);
+  const Nodes nodes = nodes_at(plate.v, farthest_points(plate.v, 40), 40);
+  Options options;
+  options.precise = true;
+  const Map map = make_map(nodes, plate.view(), options);
+  const MeanError mean(map, plate.view());
+  ASSERT_TRUE(mean.known());
+  Points u(40, 3);
+  Eigen::MatrixXd phi(120, 1);
+  for (int i = 0; i < 40; ++i) {
+    u.row(i) << 0.0, 0.0, 1e-3 * std::sin(7.0 * nodes.positions(i, 0));
+    phi.block<3, 1>(3 * i, 0) = u.row(i).transpose();
+  }
+  const Points none(0, 3);
+  std::vector<float> bars(static_cast<size_t>(plate.v.rows()));
+  ErrorBar(map, plate.view()).evaluate(map, u, none, bars);
+  double square = 0.0;
+  for (const float e : bars) square += static_cast<double>(e) * static_cast<double>(e) / static_cast<double>(plate.v.rows());
+  // An upper bound of it, hardly above.
+  EXPECT_GE(mean.evaluate(map, u, none), 0.999 * std::sqrt(square));
+  EXPECT_LE(mean.evaluate(map, u, none), 1.5 * std::sqrt(square));
+  const ModeColumns columns = map_modes(map, phi, Eigen::MatrixXd());
+  const ModeDoubt doubt = doubt_modes(map, plate.view(), phi, Eigen::MatrixXd(), columns);
+  ASSERT_EQ(doubt.doubt.rows(), 1);
+  EXPECT_NEAR(std::sqrt(doubt.doubt(0, 0)), mean.evaluate(map, u, none), 1e-6 * std::sqrt(doubt.doubt(0, 0)));
+  const Points moved = apply_linear(map, u, none);
+  EXPECT_NEAR(doubt.moved(0, 0), moved.squaredNorm() / static_cast<double>(moved.rows()), 1e-4 * doubt.moved(0, 0));
 }
 
 }  // namespace

@@ -142,6 +142,33 @@ TEST(InterpThin, CurvedWalls) {
   }
 }
 
+// Nodes on the outer face only, or on both: the inner face of half a tube moves as the outer one does. A slope across the wall taken from
+// nodes on a curve would move it by n^2 t / r of the motion (22 %) too far. Truth: Rayleigh's bending.
+TEST(InterpThin, BothFacesOfAWall) {
+  const Arc arc{3.0, 0.2};
+  Body body = make_blocks(lines(0.0, 1.0, 20), lines(-1.5, 1.5, 40), {-0.0025, 0.0025}, [](int, int, int) { return true; });
+  const Points flat = body.v, truth = arc.motion(flat, 3.0);
+  body.v = arc.place(flat);
+  for (const bool both : {false, true}) {
+    Points at(11 * 13, 3);
+    for (int k = 0; k < at.rows(); ++k) at.row(k) << (k % 11) / 10.0, 3.0 * ((k / 11) / 12.0 - 0.5), both && k % 5 == 0 ? -0.0025 : 0.0025;
+    Nodes nodes;
+    nodes.positions = arc.place(at);
+    const Map map = make_precise(nodes, body, Scheme::kernel);
+    const Points wrong = apply_linear(map, arc.motion(at, 3.0), none) - truth;
+    double square[2] = {0.0, 0.0};
+    for (Eigen::Index v = 0; v < flat.rows(); ++v) square[flat(v, 2) > 0.0] += wrong.row(v).squaredNorm() / truth.squaredNorm();
+    EXPECT_LE(std::sqrt(square[0]), 2.0 * std::sqrt(square[1]) + 1e-3) << both;
+    EXPECT_LE(std::sqrt(square[0]), 0.01) << both;
+    // Rigid motion of all nodes, large and small, is exact on both faces.
+    const Mat3 turn = Eigen::AngleAxisd(0.9, Vec3(1, 2, -1).normalized()).toRotationMatrix();
+    const auto rigid = [&](const Points& x) { return Points((x * turn.transpose() - x).rowwise() + Eigen::RowVector3d(0.1, 0.2, 0.3)); };
+    PointsF out;
+    apply(map, rigid(nodes.positions), none, out);
+    EXPECT_LE((out.cast<double>() - rigid(body.v)).cwiseAbs().maxCoeff(), 1e-5);
+  }
+}
+
 // Faces that look the wrong way, faces twice and faces between vertices far apart leave the map as it is.
 TEST(InterpThin, BadFacesChangeNothing) {
   const FeBody fork = read_fe_body("fork");
