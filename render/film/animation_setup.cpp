@@ -189,7 +189,7 @@ void set_colors(Animation& animation, const Survey& survey) {
   if (by == ColorBy::map_error)
     animation.notes.push_back(
         fmt::format("the mesh may be off by up to {:.3g} {} between the nodes (t = {:.4g} s): estimated by leaving out one "
-                    "node at a time; with scheme \"elastic\" this is a bound far above the error",
+                    "node at a time",
                     all * animation.scalar_bar->factor, animation.scalar_bar->unit, at));
   if (map.above && !range)
     animation.notes.push_back(fmt::format(
@@ -432,6 +432,11 @@ Animation make_animation(const sim::Results& results, const RenderSettings& aske
       animation.warnings.push_back(fmt::format("{}: the mesh {} has changed since the results were made", body.name, body.mesh));
     for (const std::string& refused : animation.bodies[b].refused)
       animation.warnings.push_back(fmt::format("body '{}': {}", body.name, refused));
+    // Nodes that are joined for want of a mesh have no shape between them.
+    const sim::BodyDef* def = find_body(scene, body.name);
+    const bool shaped = !body.mesh.empty() || body.surface.triangles.rows() > 0 || (def && !def->shapes.empty());
+    if (const std::string doubtful = shaped ? doubtful_map(animation.bodies[b], results, body) : ""; !doubtful.empty())
+      animation.warnings.push_back(fmt::format("body '{}': {}", body.name, doubtful));
     for (const std::string& warning : animation.bodies[b].warnings)
       animation.notes.push_back(fmt::format("{}: {}", results.bodies[b].name, warning));
   }

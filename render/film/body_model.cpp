@@ -316,7 +316,8 @@ BodyLook read_body_look(const sim::BodyDef& body, const std::string& file) {
           fmt::format("{}:{}: [[body]] '{}': shape {}: key 'color' must be [r, g, b] with numbers from 0 to 1 or \"#rrggbb\", found {}",
                       file, body.line, body.name, i + 1, sim::quote(text)));
   }
-  const std::vector<std::string> words = {"color", "opacity", "visible", "ghost", "ghost_color", "edges", "diameter", "yield_stress"};
+  const std::vector<std::string> words = {"color", "opacity",  "visible",   "ghost",       "ghost_color",
+                                          "edges", "diameter", "thickness", "yield_stress"};
   for (const auto& [word, text] : body.drawing) {
     const auto refuse = [&](const std::string& message) {
       throw sim::InputError(fmt::format("{}:{}: [[body]] '{}': {}", file, body.line, body.name, message));
@@ -349,6 +350,10 @@ BodyLook read_body_look(const sim::BodyDef& body, const std::string& file) {
         refuse(fmt::format("'drawing.diameter' must be a length > 0 in m, found {}", sim::quote(text)));
       if (!std::holds_alternative<sim::BeamDef>(body.kind) || body.mesh) refuse("'drawing.diameter' is for beams without a mesh");
       look.diameter = diameter;
+    } else if (word == "thickness") {
+      const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), look.thickness);
+      if (error != std::errc() || end != text.data() + text.size() || !(look.thickness > 0.0 && look.thickness < 1e9))
+        refuse(fmt::format("'drawing.thickness' must be a length > 0 in m, found {}", sim::quote(text)));
     } else if (word == "yield_stress") {
       const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), look.yield_stress);
       if (error != std::errc() || end != text.data() + text.size() || !(look.yield_stress > 0.0 && look.yield_stress < 1e15))
@@ -462,6 +467,7 @@ void map_nodes(const sim::ResultBody& body, const BodyDrawing& drawing, const Bo
   }
   interp::Options options;
   options.scheme = settings.scheme;
+  options.thickness = look.thickness;
   const interp::Nodes nodes = nodes_of(body);
   std::vector<std::string> map_warnings;
   try {
@@ -470,6 +476,7 @@ void map_nodes(const sim::ResultBody& body, const BodyDrawing& drawing, const Bo
     if (linear_in_modes(body) && settings.color_by != ColorBy::map_error) {
       interp::CachedModes mapped = interp::cached_modes(nodes, model.view(), options, body.node_phi, body.node_psi, settings.cache);
       model.modes = std::move(mapped.columns);
+      model.mode_doubt = std::move(mapped.doubt);
       model.from_cache = mapped.from_cache;
       map_warnings = std::move(mapped.report.warnings);
     } else {
@@ -721,6 +728,65 @@ void map_error(const BodyModel& model, const sim::ResultBody& body, const Sample
     out.resize(model.rest.size() / 3);
     model.error_bar->evaluate(*model.map, memory.node_displacement, memory.node_rotation, out);
   }
+}
+
+namespace {
+
+// Root mean squares over the vertices, m: what the map may be off by, and the deflection; the largest of the run.
+struct Off {
+  double error = 0.0, deflection = 0.0;
+  bool known = true;
+};
+
+Off off_by(const BodyModel& model, const sim::Results& results, const sim::ResultBody& body) {
+  Off off;
+  const Eigen::Index samples = results.times.size();
+  BodyMemory memory;
+  if (model.mode_doubt) {
+    off.known = model.mode_doubt->doubt.size() > 0;
+    constexpr Eigen::Index most = 2000;
+    const Eigen::Index step = 1 + samples / most;
+    for (Eigen::Index i = 0; i < samples && off.known; i += step) {
+      elastic_coordinates(body, {i, 0.0}, memory.q);
+      const Eigen::Map<const Eigen::VectorXd> q(memory.q.data(), std::ssize(memory.q));
+      off.error = std::max(off.error, q.dot(model.mode_doubt->doubt * q));
+      off.deflection = std::max(off.deflection, q.dot(model.mode_doubt->moved * q));
+    }
+    off.error = std::sqrt(off.error);
+    off.deflection = std::sqrt(off.deflection);
+    return off;
+  }
+  const interp::MeanError mean(*model.map, model.view());
+  off.known = mean.known();
+  constexpr Eigen::Index most = 16;
+  const Eigen::Index step = 1 + samples / most;
+  for (Eigen::Index i = samples - 1; i >= 0; i -= step) {
+    node_motion(body, {i, 0.0}, memory.node_displacement, memory.node_rotation);
+    off.deflection = std::max(off.deflection, std::sqrt(memory.node_displacement.squaredNorm() / model.map->nodes));
+    if (off.known) off.error = std::max(off.error, mean.evaluate(*model.map, memory.node_displacement, memory.node_rotation));
+  }
+  return off;
+}
+
+}  // namespace
+
+std::string doubtful_map(const BodyModel& model, const sim::Results& results, const sim::ResultBody& body) {
+  // Beams are moved by their elements' own shapes. What is a millionth of the body cannot be seen, however much it is exaggerated.
+  constexpr double limit = 0.05, unseen = 1e-6;
+  if (!model.visible || !model.flexible || body.kind == "beam" || model.mesh.triangles.empty()) return {};
+  if (!model.mode_doubt && !(model.map && !model.modes)) return {};
+  const Off off = off_by(model, results, body);
+  const interp::MeshView view = model.view();
+  const double size = (view.vertices.colwise().maxCoeff() - view.vertices.colwise().minCoeff()).norm();
+  if (!(off.deflection > unseen * size)) return {};
+  const std::string remedy =
+      "more nodes where it bends, nodes with rotations, or its elements' own shapes (flexframe reduce -o BODY.h5) move it as it is";
+  if (!off.known)
+    return fmt::format("its {} nodes are too few to tell how far the mesh is off between them: {}", body.nodes.size(), remedy);
+  if (!(off.error > limit * off.deflection)) return {};
+  return fmt::format(
+      "between its {} nodes the mesh may be off by about {:.2g} % of its deflection (each node predicted from the others): {}",
+      body.nodes.size(), std::min(100.0, 100.0 * off.error / off.deflection), remedy);
 }
 
 void update_surface(const BodyModel& model, double scale, bool with_corotated, BodyMemory& memory, std::vector<glm::vec3>& positions,

@@ -39,6 +39,7 @@ struct BodyLook {
   std::optional<glm::vec3> ghost_color;                // default: the body's colours
   std::optional<EdgeLines> edges;                      // default: of [render]
   double yield_stress = 0.0;                           // Pa; 0: that of [render], if any
+  double thickness = 0.0;                              // m, of the wall that its mesh shows, for the elastic surface; 0: by the mesh
   std::optional<double> diameter;                      // m: a beam is drawn as a bar of this diameter; default: by its section
   std::vector<std::optional<glm::vec3>> shape_colors;  // of the scene's shapes
 };
@@ -83,15 +84,16 @@ struct BodyModel {
   bool closed = false;                  // back faces need not be drawn
   bool visible = true;
   interp::NormalLayout normals;
-  std::vector<float> rest;                    // 3 M
-  std::vector<glm::vec3> rest_normals;        // per shading point
-  std::vector<int> vertex_nodes;              // the node that each vertex is, of a surface of the results' own; else
-  std::optional<interp::Map> map;             // nodal series, or
-  std::optional<interp::ModeColumns> modes;   // of a body whose nodes are linear in its coordinates
-  std::optional<interp::ModeColumns> doubt;   // colour by map_error where the elements' shapes are known (interp/faces.h), else
-  std::optional<interp::ErrorBar> error_bar;  // of other bodies
-  bool from_cache = false;                    // the modes were read from RenderSettings::cache
-  std::vector<int> welded;                    // colour by strain: vertices at one place have one number
+  std::vector<float> rest;                      // 3 M
+  std::vector<glm::vec3> rest_normals;          // per shading point
+  std::vector<int> vertex_nodes;                // the node that each vertex is, of a surface of the results' own; else
+  std::optional<interp::Map> map;               // nodal series, or
+  std::optional<interp::ModeColumns> modes;     // of a body whose nodes are linear in its coordinates
+  std::optional<interp::ModeColumns> doubt;     // colour by map_error where the elements' shapes are known (interp/faces.h), else
+  std::optional<interp::ErrorBar> error_bar;    // of other bodies
+  std::optional<interp::ModeDoubt> mode_doubt;  // of `modes` by the kernel map
+  bool from_cache = false;                      // the modes were read from RenderSettings::cache
+  std::vector<int> welded;                      // colour by strain: vertices at one place have one number
   std::optional<interp::ModeColumns>
       stress;  // colour by stress of a modal body that knows its stress modes: 6 M rows, xx yy zz xy yz xz of each vertex, Pa
   std::optional<BeamStress> beam_stress;  // colour by stress of a beam
@@ -138,6 +140,10 @@ void update_displacement(const BodyModel& model, const sim::ResultBody& body, co
 
 // What the map may be wrong by at the vertices, m (RenderSettings::color_by map_error); empty where nothing tells it.
 void map_error(const BodyModel& model, const sim::ResultBody& body, const SamplePlace& place, BodyMemory& memory, std::vector<float>& out);
+
+// Warning that the mesh may be off by more than a twentieth of its deflection between the nodes in the motion that the results hold, or
+// that nothing tells how far; empty: neither, or the elements' own shapes move it.
+std::string doubtful_map(const BodyModel& model, const sim::Results& results, const sim::ResultBody& body);
 
 // Positions and normals of the shading points with the displacement scaled; memory.displacement must be up to date.
 void update_surface(const BodyModel& model, double scale, bool with_corotated, BodyMemory& memory, std::vector<glm::vec3>& positions,

@@ -1,5 +1,6 @@
 #include "render/film/deform.h"
 
+#include "interp/error_bar.h"
 #include "interp/exaggerate.h"
 #include "render/base/file.h"
 #include "render/picture/mesh.h"
@@ -295,6 +296,27 @@ NodeTable read_node_table(const fs::path& path) {
   return table;
 }
 
+namespace {
+
+// Warning that the mesh may be off by more than a twentieth of what the nodes move against each other; empty: it is not, or nothing tells.
+std::string doubtful_map(const interp::Map& map, const interp::MeshView& mesh, const NodeTable& table) {
+  constexpr double limit = 0.05, unseen = 1e-3;
+  const interp::MeanError mean(map, mesh);
+  if (!mean.known()) return {};
+  const double error = mean.evaluate(map, table.displacement, table.rotation), count = map.nodes;
+  const interp::RigidMotion rigid = interp::best_rigid_motion(table.nodes.positions, table.displacement, table.rotation);
+  double bent = 0.0;
+  for (Eigen::Index i = 0; i < table.displacement.rows(); ++i)
+    bent += (table.displacement.row(i).transpose() - rigid.displacement(table.nodes.positions.row(i).transpose())).squaredNorm() / count;
+  if (!(error > limit * std::sqrt(bent)) || !(error > unseen * std::sqrt(table.displacement.squaredNorm() / count))) return {};
+  return fmt::format(
+      "between the nodes the mesh may be off by about {:.2g} % of what they move against each other (each predicted from the others): "
+      "more nodes where it bends, or nodes with rotations, tell more",
+      std::min(100.0, 100.0 * error / std::sqrt(bent)));
+}
+
+}  // namespace
+
 DeformReport deform(const fs::path& nodes, const fs::path& mesh_file, const fs::path& output, const DeformOptions& options) {
   const std::string extension = lower_extension(output);
   if (extension != ".obj" && extension != ".csv")
@@ -327,6 +349,7 @@ DeformReport deform(const fs::path& nodes, const fs::path& mesh_file, const fs::
   if (const std::string differ = interp::merged_nodes_differ(map, table.nodes, table.displacement); !differ.empty())
     report.warnings.push_back(differ);
   report.leave_one_out = interp::leave_one_out(map, table.displacement, table.rotation);
+  if (std::string doubtful = doubtful_map(map, view, table); !doubtful.empty()) report.warnings.push_back(std::move(doubtful));
   report.nodes = map.nodes;
   report.vertices = map.vertices;
   report.largest = u.rowwise().norm().maxCoeff();

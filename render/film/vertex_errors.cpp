@@ -286,30 +286,19 @@ MapErrors map_errors(const Animation& animation, const sim::Scene* scene, int mo
     const bool beam = BeamField::suits(body, def);
     const BeamField field(body);
     BodyModel doubting;
-    bool another = false;  // by the same map with another kernel
     if (!beam) {
       RenderSettings settings = animation.settings;
       settings.color_by = ColorBy::map_error;
       BodyDrawing drawing;
       drawing.def = def;
       doubting = make_body_model(body, drawing, settings, static_cast<int>(b));
-      const auto global = [](const std::optional<interp::Map>& map) {
-        return map && (map->report.scheme == interp::Scheme::elastic || map->report.scheme == interp::Scheme::lattice);
-      };
-      // Leaving out a node takes its support from an elastic surface or solid: another kernel tells more.
-      if (!doubting.doubt && global(doubting.map)) {
-        settings = animation.settings;
-        settings.scheme = interp::Scheme::kernel;
-        doubting = make_body_model(body, drawing, settings, static_cast<int>(b));
-        another = true;
-      }
-      if (!another && !doubting.doubt && !(doubting.error_bar && doubting.error_bar->known())) {
+      if (!doubting.doubt && !(doubting.error_bar && doubting.error_bar->known())) {
         out.unknown.push_back(body.name);
         continue;
       }
       if (!doubting.doubt) out.estimated.push_back(body.name);
     }
-    BodyMemory memory, other;
+    BodyMemory memory;
     std::vector<float> doubt;
     const double scale = largest_scale(animation, model);
     for (const int k : most_bent(animation, body, most, map_moments)) {
@@ -324,14 +313,6 @@ MapErrors map_errors(const Animation& animation, const sim::Scene* scene, int mo
           const sim::Vec3 exact = field.displaced({x.x, x.y, x.z}, place.index);
           const sim::Vec3 drawn(memory.displacement[3 * i], memory.displacement[3 * i + 1], memory.displacement[3 * i + 2]);
           largest = std::max(largest, (exact - drawn).norm());
-        }
-      } else if (another) {
-        update_displacement(model, body, place, memory);
-        update_displacement(doubting, body, place, other);
-        for (size_t i = 0; i + 2 < memory.displacement.size() && i + 2 < other.displacement.size(); i += 3) {
-          double square = 0.0;
-          for (size_t c = i; c < i + 3; ++c) square += std::pow(static_cast<double>(memory.displacement[c]) - other.displacement[c], 2);
-          largest = std::max(largest, std::sqrt(square));
         }
       } else {
         map_error(doubting, body, place, memory, doubt);

@@ -55,6 +55,35 @@ with tempfile.TemporaryDirectory() as folder:
     check(abs(u[10 + 77][2] - 0.5) < 1e-9 and abs(u[5 + 154][2] - 0.5) < 1e-9, "edges at the moved corner are a half")
     check(all(abs(w[2] - (i % 11) / 10 * (i // 11) / 14) < 0.02 for i, w in enumerate(u)), "bilinear within 0.02")
 
+    # A tube that goes oval with three waves (Rayleigh): few nodes do not know how, and it is told about how far off the mesh is; with many
+    # nodes nothing is told.
+    def tube(columns, rows):
+        def row(x, f):
+            radial, along = 0.01 * math.cos(3 * f), -0.01 * math.sin(3 * f) / 3
+            place = (x, 0.2 * math.sin(f), 0.2 * math.cos(f))
+            return place, (0.0, radial * math.sin(f) + along * math.cos(f), radial * math.cos(f) - along * math.sin(f))
+
+        return [row(0.8 * i / (columns - 1), 2 * math.pi * (k + 0.5 * (i % 2)) / rows) for i in range(columns) for k in range(rows)]
+
+    tube_out = os.path.join(folder, "tube_out.csv")
+    fine = tube(21, 48)
+    tube_lines = ["v %.17g %.17g %.17g" % place for place, _ in fine]
+    for i in range(20):
+        for k in range(48):
+            a, b, c, d = (48 * (i + p) + (k + q) % 48 + 1 for p, q in ((0, 0), (0, 1), (1, 0), (1, 1)))
+            tube_lines += ["f %d %d %d" % t for t in (((a, b, d), (a, d, c)) if i % 2 else ((a, b, c), (b, d, c)))]
+    tube_mesh = file("tube.obj", "\n".join(tube_lines) + "\n")
+    for columns, around, told in ((3, 6, True), (7, 18, False)):
+        table = "".join("%.17g,%.17g,%.17g,%.17g,%.17g,%.17g\n" % (*place, *shift) for place, shift in tube(columns, around))
+        told_of = run("--nodes", file("tube.csv", "x,y,z,ux,uy,uz\n" + table), "--mesh", tube_mesh, "-o", tube_out)
+        moved = read(tube_out)
+        truth = [v for _, v in fine]
+        off = math.sqrt(sum((a - b) ** 2 for g, w in zip(moved, truth) for a, b in zip(g, w)) / sum(b * b for w in truth for b in w))
+        check(
+            ("may be off by about" in told_of.stderr) == told, "tube, %d nodes, off by %.3g: %s" % (columns * around, off, told_of.stderr)
+        )
+        check((off > 0.05) == told, "tube, %d nodes: off by %.3g" % (columns * around, off))
+
     # The same nodes as another program would write them.
     other = file(
         "other.csv",

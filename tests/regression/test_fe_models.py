@@ -332,4 +332,19 @@ with temporary_folder() as name:
     done = run("check", folder / "bad.toml", code=2)
     expect("rod.h5: is a file of 'flexframe results', not a flexible body" in done.stderr, f"results as a body: {done.stderr}")
 
+    # A dense mesh by few nodes: about how far it is off between them, and what helps; nothing of it with enough nodes (3 % and less of the
+    # deflection, examples/accuracy-interp) or by the elements' own shapes.
+    root = source.resolve()
+    for name, nodes, told in (("few.sid", 8, True), ("many.sid", 97, False), ("shapes.h5", 8, False)):
+        rod = root / "tests" / "unit" / "data" / "kernel_map" / "conrod.inp"
+        run("reduce", rod, "-o", folder / name, "--modes", 3, "--nodes", nodes, "--quiet")
+        (folder / "doubt.toml").write_text(
+            f'[simulation]\nduration = 0.001\n[[body]]\nname = "rod"\nkind = "modal"\nfile = "{name}"\n'
+            f'mesh = "{root / "assets" / "conrod" / "conrod.obj"}"\ninitial = {{ qd = [0.5, 0.2, 0.1] }}\n[render]\nsize = [64, 48]\n'
+        )
+        run("simulate", folder / "doubt.toml", "-o", folder / "doubt.r.h5", "--quiet")
+        seen = json.loads(run("render", folder / "doubt.r.h5", "-o", folder / "doubtful", *picture).stdout)
+        off = [w for w in seen["warnings"] if "the mesh may be off by about" in w]
+        expect(len(off) == told and all("body 'rod': between its 8 nodes" in w for w in off), f"{name}: {seen['warnings']}")
+
 finish()
