@@ -346,5 +346,9 @@ with temporary_folder() as name:
         seen = json.loads(run("render", folder / "doubt.r.h5", "-o", folder / "doubtful", *picture).stdout)
         off = [w for w in seen["warnings"] if "the mesh may be off by about" in w]
         expect(len(off) == told and all("body 'rod': between its 8 nodes" in w for w in off), f"{name}: {seen['warnings']}")
+    scene = (folder / "doubt.toml").read_text()
+    (folder / "doubt.toml").write_text(scene.replace("initial", "drawing = { thickness = -1 }\ninitial"))
+    done = run("run", folder / "doubt.toml", "-o", folder / "thick", code=2)
+    expect("'drawing.thickness' must be a length > 0 in m" in done.stderr, f"a thickness below zero: {done.stderr}")
 
 finish()

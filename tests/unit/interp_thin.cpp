@@ -169,6 +169,29 @@ TEST(InterpThin, BothFacesOfAWall) {
   }
 }
 
+// The thickness of an elastic surface's wall: what is asked for; else twice its volume over its area, of an open one a hundredth of its
+// size.
+TEST(InterpThin, AskedThickness) {
+  const Body open = half_tube(), closed = make_plate(-0.0025, 0.005);
+  for (const Body* body : {&open, &closed}) {
+    const Nodes nodes = nodes_at(body->v, farthest_points(body->v, 12), 12);
+    Points u = Points::Zero(12, 3);
+    for (int k = 0; k < 12; ++k) u.row(k) << 0.0, 1e-3 * (k % 3), 2e-3 * (k % 2);
+    const auto moved = [&](double thickness) {
+      Options options;
+      options.scheme = Scheme::elastic;
+      options.precise = true;
+      options.thickness = thickness;
+      return apply_linear(make_map(nodes, body->view(), options), u, none);
+    };
+    const double size = (body->v.colwise().maxCoeff() - body->v.colwise().minCoeff()).norm();
+    const double wall = body == &open ? 0.01 * size : 2.0 * (1.0 * 0.8 * 0.005) / (2.0 * (0.8 + 0.005 + 0.8 * 0.005));
+    const Points usual = moved(0.0);
+    EXPECT_LE((moved(wall) - usual).norm(), 1e-6 * usual.norm());
+    EXPECT_GE((moved(4.0 * wall) - usual).norm(), 1e-2 * usual.norm());
+  }
+}
+
 // Faces that look the wrong way, faces twice and faces between vertices far apart leave the map as it is.
 TEST(InterpThin, BadFacesChangeNothing) {
   const FeBody fork = read_fe_body("fork");
