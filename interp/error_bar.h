@@ -37,10 +37,12 @@ class ErrorBar {
 // The error bars of a body on the whole, from a few thousand of its vertices.
 class MeanError {
  public:
+  // Of a map and the mesh that it was made for.
   MeanError(const Map& map, const MeshView& mesh);
   bool known() const { return weight_.size() > 0; }
   // Root mean square over the vertices, m.
   double evaluate(const Map& map, const Eigen::Ref<const Points>& displacement, const Eigen::Ref<const Points>& rotation) const;
+  // Of each merged node, as ErrorBar::node_weights.
   const Eigen::VectorXd& weights() const { return weight_; }
 
  private:

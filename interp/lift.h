@@ -66,6 +66,7 @@ struct LocalMotion {
   double share = 0.0;
   Points displacement, rotation;  // rotation: no rows where none are given
 };
+// positions, displacement: N x 3, m; rotation: N x 3 rotation vectors, rad, or 0 x 3.
 LocalMotion local_motion(const Points& positions, const Points& displacement, const Points& rotation);
 
 // Leave-one-out rows: residual of node i = sum of weights times sources (sparse), or times node displacements (dense).
