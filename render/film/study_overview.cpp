@@ -284,6 +284,9 @@ std::string seconds_words(double s) {
 }
 std::string pixels_words(double p) { return p < 0.01 ? "< 0.01 px" : p < 9.95 ? fmt::format("{:.2g} px", p) : fmt::format("{:.0f} px", p); }
 
+// With what the map and the truth are off by.
+double whole_pixels(const StudyOverview& o, const OverviewPoint& p) { return p.pixels + o.map_pixels + std::max(0.0, o.reference_pixels); }
+
 // Whether what differs between points is seen on a logarithmic axis of the whole cost; else points stand by what the simulation takes, and
 // the axis is marked with the whole cost there.
 bool whole_cost_tells(const StudyOverview& o) {
@@ -362,11 +365,19 @@ FlatDrawing plot(const StudyOverview& o, const std::vector<int>& shown) {
     }
     if (line.points.size() > 1) d.strokes.push_back(line);
   }
-  // The pictures' letters, and the recommended point.
+  // The pictures' letters, each beside its point where no other letter stands, and the recommended point.
+  std::vector<glm::dvec2> letters;
   for (size_t k = 0; k < shown.size(); ++k) {
     const OverviewPoint& p = o.points[static_cast<size_t>(shown[k])];
     const glm::dvec2 c = at(cost(p), error(p));
-    d.words.push_back({{c.x + 10, c.y - 9}, std::string(1, static_cast<char>('A' + k)), 20, flat_ink, FlatAnchor::left, true});
+    constexpr double apart = 20.0;  // a letter's size
+    const glm::dvec2 beside[] = {{10, -9}, {10, 26}, {-26, 26}, {-26, -9}};
+    const auto clear = [&](const glm::dvec2& way) {
+      return std::all_of(letters.begin(), letters.end(), [&](const glm::dvec2& other) { return glm::distance(other, c + way) >= apart; });
+    };
+    const auto free = std::find_if(std::begin(beside), std::end(beside), clear);
+    letters.push_back(c + (free == std::end(beside) ? beside[0] : *free));
+    d.words.push_back({letters.back(), std::string(1, static_cast<char>('A' + k)), 20, flat_ink, FlatAnchor::left, true});
   }
   if (o.recommended >= 0) {
     const OverviewPoint& p = o.points[static_cast<size_t>(o.recommended)];
@@ -439,11 +450,13 @@ void words_beside(render::Image& image, const StudyOverview& o) {
   if (o.recommended >= 0) {
     const OverviewPoint& p = o.points[static_cast<size_t>(o.recommended)];
     const bool kept = p.pixels + std::max(0.0, o.reference_pixels) <= half_pixel;
+    const std::string run = pixels_words(p.pixels), whole = pixels_words(whole_pixels(o, p));
+    const std::string with_map = run == whole ? "" : fmt::format(" ({} with map and truth)", whole);
     text.write(kept ? "Recommended" : "No simulation here keeps half a pixel; nearest", 19, red, render::Weight::bold);
     text.y += 8.0;
     text.write(p.name, 23, flat_ink, render::Weight::bold);
     text.y += 6.0;
-    text.write(fmt::format("{} off at most: {:.2g} % of the motion", pixels_words(p.pixels), p.percent), 18, flat_ink);
+    text.write(fmt::format("{} off at most{}: {:.2g} % of the motion", run, with_map, p.percent), 18, flat_ink);
     text.write(fmt::format("{} of CPU to simulate, {} for map and drawing of {} pictures", seconds_words(p.cpu_run),
                            seconds_words(p.cpu_pictures), o.pictures),
                18, flat_ink);
@@ -611,8 +624,7 @@ std::optional<StudyOverview> study_overview(const sim::Scene& given, const Overv
   const std::string name = scene.title.empty() ? scene.file.stem().string() : scene.title;
   const OverviewPoint& best = out.points[static_cast<size_t>(out.recommended)];
   draw_figure(out,
-              fmt::format("{}: right to {} for {} of simulation", name,
-                          pixels_words(best.pixels + out.map_pixels + std::max(0.0, out.reference_pixels)), seconds_words(best.cpu_run)),
+              fmt::format("{}: right to {} for {} of simulation", name, pixels_words(whole_pixels(out, best)), seconds_words(best.cpu_run)),
               {truth, made, settings, scene}, shown_points(out), renderer);
   return out;
 } catch (const sim::InputError& error) {
