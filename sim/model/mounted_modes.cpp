@@ -112,7 +112,7 @@ MatX held_rows(const Scene& scene, int body, const FlexibleBody& made, const std
     if (s.parent) {
       p += axes * s.joint->position;
       axes = axes * rotation_exp(s.joint->rotation);
-    } else if (s.joint->kind == JointKind::point_on_line || s.joint->kind == JointKind::point_on_plane) {
+    } else if (holds_along_parent(s.joint->kind)) {
       axes = orientation_of(scene, scene.bodies[body].name, orientation).transpose() *
              orientation_of(scene, s.joint->parent.body, orientation) * frame_axes(scene, s.joint->parent) *
              rotation_exp(s.joint->rotation);

@@ -364,6 +364,15 @@ bool passes_no_moment(JointKind kind) {
   return closure && closure->turns.empty() && (closure->distance || !closure->places.empty());
 }
 
+bool holds_along_parent(JointKind kind) {
+  const auto& closure = traits(kind).closure;
+  if (!closure || closure->places.empty() || closure->places.size() == 3) return false;
+  const auto in = [](std::string_view all, std::string_view what) { return all.find(what) != std::string_view::npos; };
+  // The child may be tilted against the axis, or turned about it where x and y differ.
+  const bool tilts = !in(closure->turns, "xz"), turns = !in(closure->turns, "xy");
+  return tilts || (turns && in(closure->places, "x") != in(closure->places, "y"));
+}
+
 std::string joint_words(bool (*holds)(const JointTraits&)) {
   std::string out;
   for (const JointTraits& t : table)

@@ -74,9 +74,14 @@ inline bool is_length(JointKind kind, int k) { return k < rates_of(kind) && trai
 std::pair<int, int> shared_slip(JointKind kind, int k);
 // Whether the joint passes on forces but no moment about any axis.
 bool passes_no_moment(JointKind kind);
+// Whether the directions in which the joint holds the child's place are the parent's, which the child may be turned against: those of a
+// line, a plane or a slot, not those of a guide.
+bool holds_along_parent(JointKind kind);
 // "revolute, prismatic, screw": the words of the scene's kinds for which this holds.
 std::string joint_words(bool (*holds)(const JointTraits&));
 inline bool has_one_coordinate(const JointTraits& t) { return t.rates.size() == 1; }
+// Coordinates that are numbers, none of them an orientation.
+inline bool has_plain_coordinates(const JointTraits& t) { return !t.rates.empty() && t.quaternion < 0; }
 
 // x and y: two unit vectors normal to the axis and to each other, right-handed with it.
 std::array<Vec3, 2> axis_normals(const Vec3& axis);

@@ -20,10 +20,9 @@ enum class Kind { gear, rack, screw, linear, differential, cam, rope };
 const JointDef& coupled_joint(const TableReader& reader, std::string_view key, const std::string& name, const Scene& scene) {
   const JointDef& joint = named_joint(reader, key, name, scene);
   const JointTraits& facts = traits(joint.kind);
-  if (facts.rates.empty() || facts.quaternion >= 0)
-    reader.fail(key, fmt::format("names the joint {}, a {} joint, which has no coordinate of its own to couple; take revolute, prismatic, "
-                                 "cylindrical, screw, universal or planar",
-                                 quote(name), facts.word));
+  if (!has_plain_coordinates(facts))
+    reader.fail(key, fmt::format("names the joint {}, a {} joint, which has no coordinate of its own to couple; take one of {}",
+                                 quote(name), facts.word, joint_words(has_plain_coordinates)));
   return joint;
 }
 
