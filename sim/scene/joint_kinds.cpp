@@ -64,6 +64,20 @@ void in_plane_bias(const Vec3& axis, const double* q, const double* w, Vec6& out
   out.head<3>() = -w[2] * axis.cross(Vec3(rotation_exp(axis * -q[2]) * (x * w[0] + y * w[1])));
 }
 
+// A pin that slides along x of the joint and turns in its slot.
+void in_slot(const Vec3& axis, double, const double* q, Pose& pose, Mat6& S) {
+  const Vec3 x = axis_normals(axis)[0];
+  pose.R = rotation_exp(axis * q[1]);
+  pose.p = x * q[0];
+  S.col(0).head<3>() = pose.R.transpose() * x;
+  S.col(1).tail<3>() = axis;
+}
+
+void in_slot_bias(const Vec3& axis, const double* q, const double* w, Vec6& out) {
+  const Vec3 x = axis_normals(axis)[0];
+  out.head<3>() = -w[1] * w[0] * axis.cross(Vec3(rotation_exp(axis * -q[1]) * x));
+}
+
 void ball(const Vec3&, double, const double* q, Pose& pose, Mat6& S) {
   pose.R = quaternion(q).toRotationMatrix();
   S.block<3, 3>(3, 0).setIdentity();
@@ -295,6 +309,18 @@ constexpr std::array table{
                 .bias = nullptr,
                 .curve = true,
                 .split = std::pair{JointKind::curve_slide, JointKind::spherical}},
+    JointTraits{.kind = JointKind::pin_slot,
+                .word = "pin-slot",
+                .coordinates = "[distance along x, angle]",
+                .rates = "mr",
+                .quaternion = -1,
+                .surfaces = "ab",
+                .pressing = Pressing::all,
+                .in_plane = InPlane::axis_normal,
+                .closure = ClosureFacts{"yz", "xzyz"},
+                .place = in_slot,
+                .bias = in_slot_bias,
+                .symbol = JointSymbol::pin},
     JointTraits{.kind = JointKind::flexure,
                 .word = "",
                 .coordinates = "[rotation x, y, z]",

@@ -215,6 +215,7 @@ enum class JointKind {
   distance,
   constant_velocity,
   point_on_curve,
+  pin_slot,
   flexure,
   flexure_pair,
   curve_slide

@@ -260,6 +260,21 @@ TEST(ConstantVelocity, TurnsShaftsAlike) {
   EXPECT_NEAR(column(cross, "rate").minCoeff(), 3.0 * std::cos(beta), 1e-3);
 }
 
+// A crank's pin in the slot of a yoke, which is guided across its slot: x = r cos(angle), and the pin runs along the slot by r sin(angle),
+// whichever body has the slot as parent (the slot's x is normal to the guide).
+TEST(PinSlot, ScotchYoke) {
+  const Results r = run(head(2.0, Vec3(0.0, -9.81, 0.0)) + body_a + body_b + joint("drive", "revolute", "ground", "a", "motion = \"5*t\"") +
+                            joint("guide", "prismatic", "ground", "b", "axis = [1, 0, 0]\ninitial = { guess = 0.5 }") +
+                            joint("pin", "pin-slot", "b", "a.tip", "rotation = [0, 0, \"90 deg\"]") + output("x", "guide", "value") +
+                            output("pin", "a.tip", "position") + output("force", "guide", "reaction"),
+                        1e-10);
+  const Eigen::ArrayXd angle = 5.0 * r.times.array();
+  EXPECT_LT((column(r, "x").array() - (0.5 * angle.cos() - 0.1 * angle.sin())).abs().maxCoeff(), 1e-9);
+  EXPECT_LT((column(r, "pin.y").array() - (0.5 * angle.sin() + 0.1 * angle.cos())).abs().maxCoeff(), 1e-9);
+  // The slot passes on no force along itself: the guide carries the yoke's weight alone.
+  EXPECT_LT((column(r, "force.y").array() - 0.8 * 9.81).abs().maxCoeff(), 1e-6);
+}
+
 std::string name_of(const testing::TestParamInfo<JointTraits>& p) {
   std::string out(p.param.word);
   std::replace(out.begin(), out.end(), '-', '_');
