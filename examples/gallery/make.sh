@@ -55,7 +55,7 @@ picture 02_engine "$here/../engine.toml" 95 \
   $'speed = 0.05\ncolor_by = "none"\nscales = [100000]\nundeformed = true\ncamera = { direction = [-0.35, -0.3, -1] }'
 picture 03_engine_section "$work/engine_cut.toml" 2 \
   $'speed = 0.05\ncolor_by = "none"\nscales = [1]\njoints = false\n'\
-$'section = { point = [0, 0, 0], normal = [0, 0, 1], bodies = ["rod", "crank"] }\n'\
+$'section = { point = [0, 0, 0], normal = [0, 0, 1] }\n'\
 $'camera = { direction = [-0.35, -0.3, -1] }'
 picture 04_conrod "$here/../engine.toml" 96 \
   $'speed = 0.1\ncolor_by = "displacement"\nscales = [1]\njoints = false\nextremes = true\ncolor_range = [0, 4.3e-7]'

@@ -16,4 +16,4 @@ page() {  # NAME SCENE TIME
 }
 page slider_crank slider_crank 1.2
 page engine engine 1.13
-page blade beams/blade 7
+page blade beams/blade 7.2
