@@ -179,7 +179,7 @@ void complete_cluster(Model& model, int k) {
   }
   c.nq = model.nq - c.q0;
   c.nv = model.nv - c.v0;
-  c.size = reach > 0.0 ? reach : 1.0;
+  c.size = reach;
   const auto add_cluster_frame = [&](int f) {
     const int part = model.frames[f].part;
     if (part == ground || model.parts[part].cluster != k || model.parts[part].body.n == 0) return;
@@ -195,7 +195,16 @@ void complete_cluster(Model& model, int k) {
   }
   for (const int coupling : c.couplings)
     for (const int f : model.couplings[coupling].frames) add_cluster_frame(f);
-  model.size = std::max(k == 0 ? 0.0 : model.size, c.size);
+}
+
+// The mechanism's size is that of its largest cluster. A cluster without extent (a body that is one point) is as large as that: it moves
+// among the others. 1 m only where nothing has an extent.
+void give_sizes(Model& model) {
+  model.size = 0.0;
+  for (const Cluster& c : model.clusters) model.size = std::max(model.size, c.size);
+  if (model.size == 0.0) model.size = 1.0;
+  for (Cluster& c : model.clusters)
+    if (c.size == 0.0) c.size = model.size;
 }
 
 }  // namespace
@@ -205,6 +214,7 @@ void form_clusters(Model& model, const Scene& scene, const std::vector<int>& ord
   model.clusters = make_clusters(model, order, loops, coupled);
   renumber_parts(model, scene, loops, coupled);
   for (size_t k = 0; k < model.clusters.size(); ++k) complete_cluster(model, static_cast<int>(k));
+  give_sizes(model);
 }
 
 }  // namespace flexframe::sim
