@@ -67,6 +67,14 @@ double held(const FrictionState& friction, const FrictionPoint& p) {
   return std::sqrt(square);
 }
 
+// Acceleration of a rate (m/s^2 or rad/s^2) that is rounding: beside the fastest one of the mechanism and beside what the friction's
+// bound would give the mechanism.
+double no_acceleration(const Model& model, const Work& work, const FrictionPoint& p) {
+  const double inertia = model.mass * (is_length(model.parts[p.part].joint.kind, p.rate) ? 1.0 : model.size * model.size);
+  const double bound = static_coefficient(p.law) * p.normal * p.arm / std::max(inertia, 1e-300);
+  return 1e-9 * std::max(work.wdot.cwiseAbs().maxCoeff(), bound);
+}
+
 // Friction force per newton of normal force, for points that do not stick.
 double factor(const FrictionState& friction, const FrictionPoint& p, const Model& model, const VecX& w_all) {
   if (p.phase == FrictionPhase::slip) {
@@ -323,7 +331,7 @@ void settle_friction(const Model& model, FrictionState& friction, const std::vec
         VecX a(p.count);
         Eigen::Index k = 0;
         for (const FrictionPoint& other : group_of(friction, p)) a[k++] = other.weight * work.wdot[model.parts[other.part].v0 + other.rate];
-        if (a.norm() > 1e-9 * std::max(work.wdot.cwiseAbs().maxCoeff(), 1.0)) {
+        if (a.norm() > no_acceleration(model, work, p)) {
           set_phase(p, FrictionPhase::slip);
           aim(friction, p, a.normalized());
           worst = &p;
@@ -340,7 +348,7 @@ void settle_friction(const Model& model, FrictionState& friction, const std::vec
       if (std::find(cw.partition.rows.begin(), cw.partition.rows.end(), row) == cw.partition.rows.end()) {
         // Held or driven by the rest of the mechanism: driven, it slips the way it is taken.
         const double a = work.wdot[model.parts[p.part].v0 + p.rate];
-        if (std::abs(a) <= 1e-9 * std::max(work.wdot.cwiseAbs().maxCoeff(), 1.0)) continue;
+        if (std::abs(a) <= no_acceleration(model, work, p)) continue;
         p.phase = a > 0.0 ? FrictionPhase::forward : FrictionPhase::backward;
         worst = &p;
         excess = -1.0;

@@ -197,11 +197,25 @@ void complete_cluster(Model& model, int k) {
     for (const int f : model.couplings[coupling].frames) add_cluster_frame(f);
 }
 
-// The mechanism's size is that of its largest cluster. A cluster without extent (a body that is one point) is as large as that: it moves
-// among the others. 1 m only where nothing has an extent.
-void give_sizes(Model& model) {
+// How far the frames of a scene lie from their bodies' origins, or apart on the ground, m: those of springs too, which no joint names.
+double extent_of_frames(const Scene& scene) {
+  double extent = 0.0;
+  for (const BodyDef& body : scene.bodies)
+    if (const auto* rigid = std::get_if<RigidDef>(&body.kind))
+      for (const auto& [name, place] : rigid->frames) extent = std::max(extent, place.norm());
+  Eigen::AlignedBox3d standing;
+  for (const auto& [name, place] : scene.ground_frames) standing.extend(place);
+  for (const JointDef& j : scene.joints)
+    if (j.parent.body == "ground" && j.parent.frame.empty()) standing.extend(j.position);
+  return standing.isEmpty() ? extent : std::max(extent, standing.diagonal().norm());
+}
+
+// The mechanism's size is that of its largest cluster; where none has an extent, the scene's frames tell; 1 m only where nothing does. A
+// cluster without extent (a body that is one point) is as large as the mechanism: it moves among the others.
+void give_sizes(Model& model, const Scene& scene) {
   model.size = 0.0;
   for (const Cluster& c : model.clusters) model.size = std::max(model.size, c.size);
+  if (model.size == 0.0) model.size = extent_of_frames(scene);
   if (model.size == 0.0) model.size = 1.0;
   for (Cluster& c : model.clusters)
     if (c.size == 0.0) c.size = model.size;
@@ -214,7 +228,7 @@ void form_clusters(Model& model, const Scene& scene, const std::vector<int>& ord
   model.clusters = make_clusters(model, order, loops, coupled);
   renumber_parts(model, scene, loops, coupled);
   for (size_t k = 0; k < model.clusters.size(); ++k) complete_cluster(model, static_cast<int>(k));
-  give_sizes(model);
+  give_sizes(model, scene);
 }
 
 }  // namespace flexframe::sim

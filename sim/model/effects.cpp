@@ -16,8 +16,9 @@ namespace {
 
 // Directions count as parallel or normal to rounding of what a person types (1e-9).
 constexpr double aligned = 1e-9;
-bool parallel(const Vec3& a, const Vec3& b) { return a.cross(b).norm() <= aligned * std::max(1.0, a.norm()); }
-bool normal(const Vec3& a, const Vec3& b) { return std::abs(a.dot(b)) <= aligned * std::max(1.0, a.norm()); }
+// b is a unit vector.
+bool parallel(const Vec3& a, const Vec3& b) { return a.cross(b).norm() <= aligned * a.norm(); }
+bool normal(const Vec3& a, const Vec3& b) { return std::abs(a.dot(b)) <= aligned * a.norm(); }
 
 int body_index(const Scene& scene, const std::string& name) {
   for (size_t i = 0; i < scene.bodies.size(); ++i)
@@ -50,6 +51,12 @@ class Heights {
  public:
   Heights(const Scene& scene, const std::vector<Mat3>& orientation, const Vec3& n)
       : scene_(scene), orientation_(orientation), n_(n), of_(scene.bodies.size()) {
+    for (const JointDef& j : scene.joints) {
+      largest_ = std::max(largest_, j.position.norm());
+      for (const FrameRef* ref : {&j.parent, &j.child}) largest_ = std::max(largest_, reach(*ref));
+    }
+    for (const ForceDef& f : scene.forces)
+      for (const FrameRef* ref : {&f.on, &f.from}) largest_ = std::max(largest_, reach(*ref));
     for (bool found = true; found;) {
       found = false;
       for (const JointDef& j : scene.joints) {
@@ -70,16 +77,28 @@ class Heights {
     if (!here || (b >= 0 && !of_[b])) return std::nullopt;
     return *here + (b < 0 ? 0.0 : *of_[b]);
   }
-  // To rounding of the numbers that they are made of, against the places of frames that a person types (m).
+  // Whether two heights are one, to rounding of the places of frames that a person types.
+  bool same(double a, double b) const { return std::abs(a - b) <= aligned * largest_; }
   bool level(const std::vector<FrameRef>& frames) const {
     for (const FrameRef& ref : frames) {
       const auto first = of(frames.front()), here = of(ref);
-      if (!first || !here || std::abs(*first - *here) > aligned * std::max(1.0, std::abs(*first))) return false;
+      if (!first || !here || !same(*first, *here)) return false;
     }
     return true;
   }
 
  private:
+  // How far a frame lies from its body's origin or, on the ground, from the world's; of a beam its length.
+  double reach(const FrameRef& ref) const {
+    const int b = body_index(scene_, ref.body);
+    if (b < 0) {
+      const auto at = scene_.ground_frames.find(ref.frame);
+      return at == scene_.ground_frames.end() ? 0.0 : at->second.norm();
+    }
+    if (const auto* beam = std::get_if<BeamDef>(&scene_.bodies[b].kind)) return beam->length;
+    const auto place = place_in_body(scene_.bodies[b], ref.frame);
+    return place ? place->norm() : 0.0;
+  }
   // Of a place beside a frame over its body's origin.
   std::optional<double> in_body(const FrameRef& ref, int b, const Vec3& beside) const {
     const Vec3 way = beside.isZero(0.0) ? beside : Vec3(frame_axes(scene_, ref) * beside);
@@ -96,6 +115,7 @@ class Heights {
   const std::vector<Mat3>& orientation_;
   const Vec3 n_;
   std::vector<std::optional<double>> of_;
+  double largest_ = 0.0;  // of the places of frames, m
 };
 
 // Whether a contact pushes and rubs within the plane: between profiles that are the same all along n.
@@ -171,7 +191,7 @@ bool planar_about(const Scene& scene, const std::vector<Mat3>& orientation, cons
     if (!force_within(f, axes_at_start(scene, orientation, f.on), axes_at_start(scene, orientation, f.from), heights, n)) return false;
   for (const JointDef& j : scene.joints) {
     const auto a = heights.of(j.parent, j.position), b = heights.of(j.child);
-    if (j.kind == JointKind::distance && a && b && std::abs(*a - *b) > aligned * std::max(1.0, std::abs(*a))) return false;
+    if (j.kind == JointKind::distance && a && b && !heights.same(*a, *b)) return false;
   }
   for (const CouplingDef& c : scene.couplings)
     if (!c.through.empty() && !heights.level(c.through)) return false;

@@ -9,6 +9,9 @@
 
 namespace flexframe::sim {
 
+// Numbers of a few digits meet within rounding of what they are made of.
+constexpr double rounding = 1e-9;
+
 void check_motions(Model& model, const Scene& scene, Notes& notes) {
   for (const Part& part : model.parts) {
     const TreeJoint& j = part.joint;
@@ -21,6 +24,16 @@ void check_motions(Model& model, const Scene& scene, Notes& notes) {
 
     TimeFunction f = model.expressions[j.motion];
     const std::vector<double> times = f.switch_times(0.0, scene.simulation.duration);
+    // What a jump is measured against: the largest value and rate of all pieces, at their ends and in their middles.
+    double value = 0.0, rate = 0.0;
+    const auto look = [&](double from, double to) {
+      f.freeze(0.5 * (from + to));
+      for (const double t : {from, 0.5 * (from + to), to}) {
+        const TimeJet jet = f.jet(t);
+        value = std::max(value, std::abs(jet.value)), rate = std::max(rate, std::abs(jet.rate));
+      }
+    };
+    for (size_t k = 0; k <= times.size(); ++k) look(k > 0 ? times[k - 1] : 0.0, k < times.size() ? times[k] : scene.simulation.duration);
     bool struck = false;
     for (size_t k = 0; k < times.size() && !struck; ++k) {
       // Both pieces at the place where they meet.
@@ -31,11 +44,11 @@ void check_motions(Model& model, const Scene& scene, Notes& notes) {
       f.freeze(0.5 * (t + after));
       const TimeJet b = f.jet(t);
       const bool length = is_length(j.kind, 0);
-      if (std::abs(b.value - a.value) > 1e-9 * std::max({1.0, std::abs(a.value), std::abs(b.value)}))
+      if (std::abs(b.value - a.value) > rounding * value)
         throw InputError(
             fmt::format("{}:{}: joint '{}': key 'motion' jumps by {:.4g} {} at t = {:.6g} s, from {:.6g} to {:.6g}: make it continuous",
                         scene.file.string(), def.line, def.name, b.value - a.value, length ? "m" : "rad", t, a.value, b.value));
-      if (std::abs(b.rate - a.rate) > 1e-9 * std::max({1e-3, std::abs(a.rate), std::abs(b.rate)})) {
+      if (std::abs(b.rate - a.rate) > rounding * rate) {
         struck = true;
         notes.warn(fmt::format("joint '{}'", j.name), fmt::format("the rate of its motion jumps by {:.4g} {} at t = {:.6g} s; the impact "
                                                                   "on other bodies is neglected: smooth the motion there",

@@ -116,6 +116,10 @@ Recorder::Recorder(System& system, const std::vector<double>& times) {
     body.orientation = Eigen::MatrixX4d::Zero(nt, 4);
     // Simulation nodes: the series' nodes of every piece (root and tip where a body has no series); seams once.
     const int n = coordinate_count(model, static_cast<int>(b));
+    double reach = 0.0;
+    for (const int at : model.pieces[b])
+      for (const FlexibleNode& node : model.parts[at].body.nodes)
+        reach = std::max(reach, (model.parts[at].rest_in_body.R * node.origin + model.parts[at].rest_in_body.p).norm());
     size_t before = 0;  // first node of the piece before: nodes at a seam are those of two neighbours
     for (size_t piece = 0; piece < model.pieces[b].size(); ++piece) {
       const int at = model.pieces[b][piece];
@@ -127,7 +131,7 @@ Recorder::Recorder(System& system, const std::vector<double>& times) {
         const Vec3 origin = part.rest_in_body.R * node.origin + part.rest_in_body.p;
         bool known = false;
         for (size_t other = before; other < body.nodes.size() && !known; ++other)
-          known = (body.nodes[other].origin - origin).norm() <= 1e-9 * std::max(1.0, origin.norm());
+          known = (body.nodes[other].origin - origin).norm() <= 1e-9 * reach;
         if (known) continue;
         body.nodes.push_back({piece == 0 ? node.name : fmt::format("{}:{}", piece, node.name), origin});
         chosen.push_back(static_cast<int>(k));

@@ -492,7 +492,7 @@ void assemble_rates(const Model& model, const Scene& scene, Work& work, Notes& n
     for (int v = 0; v < c.nv; ++v) speed = std::max(speed, std::abs(work.w[c.v0 + v]) * rate_scale(model, cluster, v));
     for (int i : c.parts)
       if (const TreeJoint& j = model.parts[i].joint; j.motion >= 0)
-        speed = std::max(speed, std::abs(work.motion[j.motion].rate) * std::max(1.0, c.size));
+        speed = std::max(speed, std::abs(work.motion[j.motion].rate) * (is_length(j.kind, 0) ? 1.0 : c.size));
     if (left.cwiseAbs().maxCoeff() > 1e-8 * speed) {
       int row = 0;
       left.cwiseAbs().maxCoeff(&row);

@@ -84,6 +84,8 @@ class Point {
   VecX along(const State& at, const Axes& axes, const VecX& r);
   MatX to_start(const State& at, const Axes& axes) const;
   double metres(Eigen::Index k) const { return all_[k].scale; }
+  // What loads would accelerate the mechanism by, m/s^2: accelerations far below it are rounding.
+  double acceleration_scale() const { return std::max(model_.settings.gravity.norm(), start_forces_ / std::max(model_.mass, 1e-300)); }
 
   Model& model_;
   Work& work_;
@@ -92,7 +94,7 @@ class Point {
   State start_;
   Coefficients made_;
   bool moves_ = false, equilibrium_ = false, drives_accelerate_ = false;
-  double rest_scale_ = 0.0;
+  double rest_scale_ = 0.0, start_forces_ = 0.0;  // N: largest forces met so far, and at the start
 };
 
 Point::Point(System& system, bool with_rates)
@@ -201,6 +203,7 @@ void Point::exact_matrices() {
 void Point::accelerations() {
   const Eigen::Index n = static_cast<Eigen::Index>(all_.size());
   const VecX f = force(start_, -1, 0.0, -1, 0.0);
+  start_forces_ = rest_scale_;
   VecX unit(n);
   for (Eigen::Index k = 0; k < n; ++k) unit[k] = 1.0 / metres(k);
   // What has no inertia takes part by the least accelerations, if at all.
@@ -222,7 +225,7 @@ void Point::accelerations() {
   }
   for (const Direction& d : all_) fastest = std::max(fastest, std::abs(start_.a[d.v]) * d.scale);
   // Flight at an even speed is rest.
-  equilibrium_ = !drives_accelerate_ && fastest <= 1e-9 * std::max(1.0, model_.settings.gravity.norm());
+  equilibrium_ = !drives_accelerate_ && fastest <= 1e-9 * acceleration_scale();
   // What is left of them at rest is rounding.
   if (equilibrium_ && !moves_) start_.a.setZero();
 }
@@ -519,10 +522,11 @@ bool Point::steady(const Axes& axes) {
   for (const Direction& d : all_) {
     fastest = std::max(fastest, std::abs(start_.w[d.v]) * d.scale / model_.size);
     // Nothing accelerates beside what flies.
-    if (std::abs(start_.a[d.v]) * d.scale > 1e-7 * std::max(model_.settings.gravity.norm(), rest_scale_ / std::max(model_.mass, 1e-300)))
-      return false;
+    if (std::abs(start_.a[d.v]) * d.scale > 1e-7 * acceleration_scale()) return false;
   }
-  for (const TimeJet& jet : work_.motion) fastest = std::max(fastest, std::abs(jet.rate) / std::max(1.0, model_.size));
+  for (const Part& p : model_.parts)
+    if (p.joint.motion >= 0)
+      fastest = std::max(fastest, std::abs(work_.motion[p.joint.motion].rate) / (is_length(p.joint.kind, 0) ? model_.size : 1.0));
   if (!(fastest > 0.0)) return true;
   const State then = later(0.7 / fastest);
   const Eigen::Index n = static_cast<Eigen::Index>(all_.size());
@@ -532,7 +536,7 @@ bool Point::steady(const Axes& axes) {
     const VecX left = force(then, -1, 0.0, -1, 0.0);
     VecX row(n);
     for (Eigen::Index k = 0; k < n; ++k) row[k] = 1.0 / metres(k);
-    if (row.cwiseProduct(left).cwiseAbs().maxCoeff() > 1e-7 * rest_scale_) return false;
+    if (row.cwiseProduct(left).cwiseAbs().maxCoeff() > 1e-7 * start_forces_) return false;
     const VecX now = along(start_, axes, r), changed = along(then, axes, r);
     return row.cwiseProduct(changed - now).norm() <= 1e-6 * row.cwiseProduct(now).norm();
   } catch (const SimulationError&) {

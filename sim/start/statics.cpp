@@ -98,8 +98,10 @@ Found search(StaticProblem& p, const Sought& what, Way way, StaticSolution& out)
       continue;
     }
     damping *= share > 0.4 ? 0.1 : 1.0;
-    for (const Direction& d : p.sought)
-      if (d.rate >= 0 && std::abs(p.work.q[p.model.parts[d.part].q0]) > 1e4 * std::max(1.0, p.model.size)) return found;
+    for (const Direction& d : p.sought) {
+      const Part& part = p.model.parts[d.part];
+      if (d.rate >= 0 && std::abs(p.work.q[part.q0]) > 1e4 * (is_length(part.joint.kind, 0) ? p.model.size : 1.0)) return found;
+    }
     renew_partitions(p.model, p.by_size, p.work);
   }
   return found;
