@@ -91,9 +91,11 @@ void set_arrow_scales(Animation& animation, double size) {
 
 // "12.3 kN": three digits. unit: "N", "N m", "N/m".
 std::string load_text(double value, const char* unit) {
-  const double power = value >= 1e6 ? 1e6 : value >= 1e3 ? 1e3 : value >= 1.0 ? 1.0 : value >= 1e-3 ? 1e-3 : 1e-6;
-  const char* const prefix = power == 1e6 ? "M" : power == 1e3 ? "k" : power == 1.0 ? "" : power == 1e-3 ? "m" : "µ";
-  return fmt::format("{:.3g} {}{}", value / power, prefix, unit);
+  static constexpr std::pair<double, const char*> powers[] = {{1e6, "M"},  {1e3, "k"},  {1.0, ""},   {1e-3, "m"},
+                                                              {1e-6, "µ"}, {1e-9, "n"}, {1e-12, "p"}};
+  const auto last = std::end(powers) - 1;
+  const auto fits = std::find_if(std::begin(powers), last, [&](const auto& p) { return value >= p.first; });
+  return fmt::format("{:.3g} {}{}", value / fits->first, fits->second, unit);
 }
 
 // How far a beam's section reaches from its axis along a direction of the body, m.

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <span>
 
 namespace flexframe::film {
 
@@ -14,10 +15,12 @@ std::pair<std::string, double> readable_unit(const std::string& unit, double lar
     const char* prefix;
   };
   static constexpr Step small[] = {{1.0, 1.0, ""}, {1e-3, 1e3, "m"}, {1e-6, 1e6, "µ"}, {0.0, 1e9, "n"}};
-  static constexpr Step large[] = {{1e9, 1e-9, "G"}, {1e6, 1e-6, "M"}, {1e4, 1e-3, "k"}, {0.0, 1.0, ""}};
+  static constexpr Step large[] = {{1e9, 1e-9, "G"}, {1e6, 1e-6, "M"}, {1e4, 1e-3, "k"}, {1e-3, 1.0, ""},
+                                   {1e-6, 1e6, "µ"}, {1e-9, 1e9, "n"}, {0.0, 1e12, "p"}};
   const bool length = unit == "m";
   if (!length && unit != "N" && unit != "N m" && unit != "Pa" && unit != "W" && unit != "J") return {unit, 1.0};
-  for (const Step& step : length ? small : large)
+  if (!length && largest == 0.0) return {unit, 1.0};
+  for (const Step& step : length ? std::span<const Step>(small) : std::span<const Step>(large))
     if (largest >= step.from) return {step.prefix + unit, step.factor};
   return {unit, 1.0};  // not a number
 }

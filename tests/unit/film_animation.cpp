@@ -237,6 +237,7 @@ TEST(Animation, UnitsAreThoseThatReadBest) {
   EXPECT_EQ(film::readable_unit("N", 12000.0), Unit("kN", 1e-3));
   EXPECT_EQ(film::readable_unit("rad/s", 1e7), Unit("rad/s", 1.0));
   EXPECT_EQ(film::readable_unit("N", 0.0), Unit("N", 1.0));
+  EXPECT_EQ(film::readable_unit("N", 2e-12), Unit("pN", 1e12));
 }
 
 TEST(Animation, ColourRangeIsTheLargestOfTheWholeSequence) {
