@@ -263,17 +263,25 @@ double rate_scale(const Model& model, int cluster, int rate) {
 
 namespace {
 
-// Residuals of all rows or of the partition's, into a column of as many.
+// Residuals of all rows or of the partition's, into a column of as many. Returns the largest in metres: angles count by the cluster's size
+// (closure_row_scales).
 template <class W>
-void closure_residual(const Model& model, const W& work, const WhichRows<typename W::In>& which, VecX& out) {
+double closure_residual(const Model& model, const W& work, const WhichRows<typename W::In>& which, VecX& out) {
   const int cluster = which.cluster;
   const ClusterWork& cw = work.clusters[cluster];
+  const double size = model.clusters[cluster].size;
+  double largest = 0.0;
   for_rows(
-      model, work, which, [&](int row, const auto& loop, const auto& closure) { out[row] = row_residual(closure, loop.at.relative); },
+      model, work, which,
+      [&](int row, const auto& loop, const auto& closure) {
+        out[row] = row_residual(closure, loop.at.relative);
+        largest = std::max(largest, std::abs(out[row]) * (closure.kind == ClosureRow::angle ? size : 1.0));
+      },
       [&](int row, const CouplingRow& coupling) {
         out[row] = -coupling.value;
         for (const CouplingRow::Term& term : coupling.terms) out[row] += term.factor * coupled(model, work, term).value;
         for_stretches(model, work, cluster, coupling, [&](int, int, const auto&, const auto&, double length) { out[row] += length; });
+        largest = std::max(largest, std::abs(out[row]) * (coupling.length ? 1.0 : size));
       },
       [&](int row, size_t lock) {
         const auto [part, k] = rate_owner(model, cluster, cw.locked[lock]);
@@ -283,7 +291,9 @@ void closure_residual(const Model& model, const W& work, const WhichRows<typenam
         out[row] = joint.nq == joint.nv && lock >= static_cast<size_t>(cw.carried)
                        ? work.q[model.parts[part].q0 + k] - cw.lock_value[static_cast<Eigen::Index>(lock)]
                        : 0.0;
+        largest = std::max(largest, std::abs(out[row]) * rate_scale(model, cluster, cw.locked[lock]));
       });
+  return largest;
 }
 
 // Twist and acceleration at zero coordinate accelerations of a frame, also where it is fixed to what carries the cluster.
@@ -720,7 +730,7 @@ void close_positions(const Model& model, int cluster, W& work) {
   static thread_local LoopPoses<typename W::In> poses;
   update_loop_poses(model, work, cluster, poses);
   for (int iteration = 0;; ++iteration) {
-    closure_residual(model, work, {cluster, false, poses}, cw.res);
+    const double open = closure_residual(model, work, {cluster, false, poses}, cw.res);
     if (!fresh) {
       if (elastic) update_jacobians();
       factorise_closure(model, cluster, work, poses, {false, elastic});
@@ -729,7 +739,7 @@ void close_positions(const Model& model, int cluster, W& work) {
     multiply_into(cw.Gd, cw.res, cw.step);
     ++work.closure_iterations;
     // Size of the step in metres; elastic coordinates count by the closure error they mend.
-    double size = cw.res.cwiseAbs().maxCoeff();
+    double size = open;
     for (int k = 0; k < nd; ++k) size = std::max(size, std::abs(cw.step[k]) * rate_scale(model, cluster, part.dep[k]));
     if (!cw.step.allFinite()) size = std::numeric_limits<double>::infinity();
     // 3e-13 of the size is a few hundred roundings of the poses: closed. A step that no longer shrinks at 1e-10 is rounding too.

@@ -33,6 +33,12 @@ ROUNDING = 1e-9
 AT_REST = 1e-7
 
 
+# What continuous integration runs: rigid and elastic, at rest and in motion, loops, springs, friction, stops, contacts; each found a length
+# in the program once, or would have.
+SHORT = ["sprung_bob", "tumbling", "payload_arm", "truss", "springs_at_rest", "slider_crank", "on_stop", "rubbing_block", "rubbing_loop"]
+SHORT += ["near_buckling", "cardan", "dropped_ball", "pendulum", "steered_beam"]
+
+
 class LeftOut(Exception):
     pass
 
@@ -227,10 +233,10 @@ class World:
             rules["stiffness"] = lambda v: [self.value(x, STIFFNESS if k < 3 else MOMENT) for k, x in enumerate(v)]
         elif kind == "contact":
             n = given.get("exponent", 1)
-            rules |= {"radius": L, "width": L, "from_radius": L, "restitution": NONE, "exponent": NONE, "curve": self.curve}
-            rules |= {"stiffness": over(FORCE, times(L, n)), "damping": over(T, L)}
             if n != int(n):
                 raise LeftOut("a power of a length that is not whole")
+            rules |= {"radius": L, "width": L, "from_radius": L, "restitution": NONE, "exponent": NONE, "curve": self.curve}
+            rules |= {"stiffness": over(FORCE, times(L, int(n))), "damping": over(T, L)}
             friction = {"coefficient": NONE, "static_coefficient": NONE, "stiffness": STIFFNESS, "damping": DAMPING}
             rules["friction"] = lambda v: self.table(v, friction, "friction")
         else:
@@ -371,6 +377,9 @@ def compare(program, name, text, words=()):
                 if unit is None:
                     continue
                 part = columns[:, 3 * (c // 3) : 3 * (c // 3) + 3] if six else columns
+                # The moment of a reaction that is a plain force is rounding of that.
+                if six and abs(part).max() < run_trust.ROUNDING * abs(columns).max():
+                    continue
                 size = (part.max(axis=0) - part.min(axis=0)).max()
                 size = size if size > AT_REST * abs(part).max() else abs(part).max()
                 difference = abs(other[output["name"]][:, c] / unit - columns[:, c]).max()
@@ -391,7 +400,9 @@ def main():
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--kind", action="append", default=[])
     parser.add_argument("--limit", type=int, default=20, help="CPU seconds of a run")
+    parser.add_argument("--short", action="store_true", help="the kinds of continuous integration")
     args = parser.parse_args()
+    args.kind += SHORT if args.short else []
     cases = [(str(path), path.read_text(), ()) for path in args.scenes]
     if not cases:
         for kind in run_trust.KINDS:
