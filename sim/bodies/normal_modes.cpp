@@ -9,6 +9,8 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
+#include <vector>
 
 namespace flexframe::sim {
 
@@ -45,13 +47,55 @@ FlexibleBody in_basis(const FlexibleBody& body, const MatX& T) {
   return out;
 }
 
+// Coordinates in groups that neither mass nor stiffness couples, to rounding: the directions of a beam whose section is symmetric.
+std::vector<std::vector<int>> uncoupled_groups(const MatX& K, const MatX& M) {
+  constexpr double rounding = 1e-13;
+  const int n = static_cast<int>(K.rows());
+  const auto coupled = [&](const MatX& A, int i, int j) { return std::abs(A(i, j)) > rounding * std::sqrt(std::abs(A(i, i) * A(j, j))); };
+  std::vector<int> group(n, -1);
+  std::vector<std::vector<int>> out;
+  for (int first = 0; first < n; ++first) {
+    if (group[first] >= 0) continue;
+    const int here = static_cast<int>(out.size());
+    std::vector<int> members{first};
+    group[first] = here;
+    for (size_t at = 0; at < members.size(); ++at)
+      for (int j = 0; j < n; ++j)
+        if (group[j] < 0 && (coupled(K, members[at], j) || coupled(M, members[at], j))) group[j] = here, members.push_back(j);
+    std::sort(members.begin(), members.end());
+    out.push_back(std::move(members));
+  }
+  return out;
+}
+
+// Modes of the pencil, mass 1, stiffness upwards. Group by group: where two directions have the same frequencies, as of a round section,
+// an eigensolver of the whole gives any mixture of them, which belongs to neither.
+void solve_modes(const MatX& K, const MatX& M, VecX& stiffness, MatX& V) {
+  const Eigen::Index n = K.rows();
+  VecX values(n);
+  MatX vectors = MatX::Zero(n, n);
+  Eigen::Index at = 0;
+  for (const std::vector<int>& group : uncoupled_groups(K, M)) {
+    const GeneralizedEigen eigen(MatX(K(group, group)), MatX(M(group, group)));
+    if (eigen.info() != Eigen::Success)
+      throw SimulationError("the eigenmodes of an elastic body cannot be computed: its mass matrix is not positive definite");
+    const Eigen::Index count = static_cast<Eigen::Index>(group.size());
+    values.segment(at, count) = eigen.eigenvalues();
+    for (Eigen::Index i = 0; i < count; ++i) vectors.row(group[static_cast<size_t>(i)]).segment(at, count) = eigen.eigenvectors().row(i);
+    at += count;
+  }
+  std::vector<Eigen::Index> order(n);
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) { return values[a] < values[b]; });
+  stiffness = values(order);
+  V = vectors(Eigen::all, order);
+}
+
 }  // namespace
 
 FlexibleBody to_normal_modes(const FlexibleBody& body, MatX& V) {
-  const GeneralizedEigen eigen(body.Ke, body.Me);
-  if (eigen.info() != Eigen::Success)
-    throw SimulationError("the eigenmodes of an elastic body cannot be computed: its mass matrix is not positive definite");
-  V = eigen.eigenvectors();
+  VecX stiffness;
+  solve_modes(body.Ke, body.Me, stiffness, V);
   // A sign that does not depend on the eigensolver: the largest entry positive.
   for (Eigen::Index k = 0; k < V.cols(); ++k) {
     Eigen::Index at = 0;
@@ -59,12 +103,11 @@ FlexibleBody to_normal_modes(const FlexibleBody& body, MatX& V) {
     if (V(at, k) < 0.0) V.col(k) = -V.col(k);
   }
   FlexibleBody out = in_basis(body, V);
-  out.Ke = eigen.eigenvalues().asDiagonal();
-  out.stiffness = eigen.eigenvalues();
+  out.Ke = stiffness.asDiagonal();
+  out.stiffness = stiffness;
   out.labels.clear();
   for (Eigen::Index k = 0; k < body.n; ++k)
-    out.labels.push_back(
-        fmt::format("eigenmode {} ({:.6g} Hz)", k + 1, std::sqrt(std::max(0.0, eigen.eigenvalues()[k])) / (2.0 * EIGEN_PI)));
+    out.labels.push_back(fmt::format("eigenmode {} ({:.6g} Hz)", k + 1, std::sqrt(std::max(0.0, stiffness[k])) / (2.0 * EIGEN_PI)));
   return out;
 }
 
@@ -115,13 +158,16 @@ void append(MatX& columns, const VecX& column) {
 MatX held_shapes(const FlexibleBody& body, const Vec3& centre, const Direction& d, int count, const std::vector<HeldPoint>& held) {
   const Eigen::Index r = d.rigid(), n = static_cast<Eigen::Index>(d.coordinates.size());
   MatX held_by(r + n, 0), loads(r + n, 0);
+  // Rotations are measured in metres at the body's size, beside translations: what is dependent is judged by both.
+  double size = 0.0;
+  for (const FlexibleNode& node : body.nodes) size = std::max(size, (node.origin - centre).norm());
   for (const HeldPoint& h : held) {
     // On mean axes what acts on every part by its mass works on the slide alone; what holds the body bends it.
     if (h.node.empty() && h.load && h.force && d.slide >= 0) append(loads, body.mass * VecX::Unit(r + n, 0));
     for (const FlexibleNode& node : body.nodes) {
       if (node.name != h.node) continue;
       if (h.force && d.slide >= 0) append(h.load ? loads : held_by, motion_of(node, centre, d, false).transpose());
-      if (h.moment && d.turn >= 0) append(h.load ? loads : held_by, motion_of(node, centre, d, true).transpose());
+      if (h.moment && d.turn >= 0) append(h.load ? loads : held_by, size * motion_of(node, centre, d, true).transpose());
     }
   }
 

@@ -2,6 +2,7 @@
 
 #include "sim/model/bodies.h"
 #include "sim/model/groups.h"
+#include "sim/scene/curve.h"
 
 #include <fmt/format.h>
 
@@ -197,7 +198,8 @@ void complete_cluster(Model& model, int k) {
     for (const int f : model.couplings[coupling].frames) add_cluster_frame(f);
 }
 
-// How far the frames of a scene lie from their bodies' origins, or apart on the ground, m: those of springs too, which no joint names.
+// How far the frames of a scene lie from their bodies' origins, or apart on the ground, m: those of springs too, which no joint names;
+// and how large wires and what touches are.
 double extent_of_frames(const Scene& scene) {
   double extent = 0.0;
   for (const BodyDef& body : scene.bodies)
@@ -205,8 +207,13 @@ double extent_of_frames(const Scene& scene) {
       for (const auto& [name, place] : rigid->frames) extent = std::max(extent, place.norm());
   Eigen::AlignedBox3d standing;
   for (const auto& [name, place] : scene.ground_frames) standing.extend(place);
-  for (const JointDef& j : scene.joints)
+  for (const JointDef& j : scene.joints) {
     if (j.parent.body == "ground" && j.parent.frame.empty()) standing.extend(j.position);
+    if (j.curve) extent = std::max(extent, j.curve->length());
+  }
+  for (const ForceDef& f : scene.forces)
+    if (f.contact)
+      extent = std::max({extent, f.contact->radius, f.contact->from_radius, f.contact->curve ? f.contact->curve->length() : 0.0});
   return standing.isEmpty() ? extent : std::max(extent, standing.diagonal().norm());
 }
 

@@ -182,6 +182,30 @@ void add_group(const MatX& D, const MatX& K, const MatX& D_error, const MatX& K_
       A, E, [&](const Eigen::VectorXcd& z) { return Eigen::VectorXcd(z.head(m).cwiseQuotient(W.cast<std::complex<double>>())); }, Phi, out);
 }
 
+// Units of the states, powers of two, in which rows and columns of A are alike: the solver errs by its rounding of the largest entry, and
+// places stand beside rates (Parlett and Reinsch 1969).
+VecX balancing(const MatX& A) {
+  VecX unit = VecX::Ones(A.rows());
+  MatX left = A.cwiseAbs();
+  left.diagonal().setZero();
+  // A row and its column are in balance when no power of two brings their sum down by a twentieth.
+  constexpr double worth = 0.95;
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (Eigen::Index k = 0; k < A.rows(); ++k) {
+      const double column = left.col(k).norm(), row = left.row(k).norm();
+      if (column == 0.0 || row == 0.0) continue;
+      const double f = std::exp2(std::round(0.5 * std::log2(row / column)));
+      if (!(f * column + row / f < worth * (column + row))) continue;
+      unit[k] *= f;
+      left.col(k) *= f;
+      left.row(k) /= f;
+      changed = true;
+    }
+  }
+  return unit;
+}
+
 }  // namespace
 
 std::vector<ComplexMode> complex_modes(const SecondOrder& s) {
@@ -261,10 +285,12 @@ std::vector<ComplexMode> first_order_modes(const MatX& A, const MatX& A_size,
                                            const std::function<Eigen::VectorXcd(const Eigen::VectorXcd&)>& shape) {
   std::vector<ComplexMode> out;
   if (A.rows() == 0) return out;
+  const VecX unit = balancing(A);
+  const auto in_units = [&](const MatX& m) { return MatX(unit.cwiseInverse().asDiagonal() * m * unit.asDiagonal()); };
   MatX basis(shape(Eigen::VectorXcd::Zero(A.rows())).size(), A.rows());
-  for (Eigen::Index k = 0; k < A.rows(); ++k) basis.col(k) = shape(Eigen::VectorXcd::Unit(A.rows(), k)).real();
+  for (Eigen::Index k = 0; k < A.rows(); ++k) basis.col(k) = unit[k] * shape(Eigen::VectorXcd::Unit(A.rows(), k)).real();
   add_general(
-      A, 1e-13 * A_size, [](const Eigen::VectorXcd& z) { return z; }, basis, out);
+      in_units(A), 1e-13 * in_units(A_size), [](const Eigen::VectorXcd& z) { return z; }, basis, out);
   return out;
 }
 

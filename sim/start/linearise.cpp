@@ -80,6 +80,8 @@ class Point {
   void damping();
   bool has_damping() const;
   bool any_law_of_rates() const;
+  double fastest_rate() const;
+  std::vector<bool> touching() const;
   State later(double time) const;
   VecX along(const State& at, const Axes& axes, const VecX& r);
   MatX to_start(const State& at, const Axes& axes) const;
@@ -247,8 +249,17 @@ void Point::hold_elasticity() {
   }
 }
 
+// Contacts that press, at the state of the last forces.
+std::vector<bool> Point::touching() const {
+  std::vector<bool> out;
+  for (const ContactWork& c : work_.signals.contacts) out.push_back(c.depth > 0.0);
+  return out;
+}
+
 // K -= dF/dx.
 void Point::stiffness() {
+  force(start_, -1, 0.0, -1, 0.0);
+  const std::vector<bool> touched = touching();
   const Eigen::Index n = static_cast<Eigen::Index>(all_.size());
   VecX row(n);
   for (Eigen::Index k = 0; k < n; ++k) row[k] = 1.0 / metres(k);
@@ -265,10 +276,19 @@ void Point::stiffness() {
     double least = std::numeric_limits<double>::infinity();
     // Two thousandths: differences of sixth order err by 1e-17 there, of fourth by 5e-13, roundings by 1e-13. Shorter where the forces
     // change within that.
-    for (double share = 2e-3; share > 1e-7; share *= 0.1) {
+    constexpr double shortest = 2e-10;
+    for (double share = 2e-3; share > 0.5 * shortest; share *= 0.1) {
+      // Below 1e-7 only to stay on one side of where something touches or parts.
+      if (share < 1e-7 && best.size() > 0) break;
       const double h = share * unit;
       VecX size_of, pairs[3];
-      const auto pair = [&](int i) { return VecX(force(start_, k, i * h, -1, 0.0, &size_of) - force(start_, k, -i * h, -1, 0.0)); };
+      bool parted = false;
+      const auto beside = [&](double step) {
+        const VecX out = force(start_, k, step, -1, 0.0, &size_of);
+        parted = parted || touching() != touched;
+        return out;
+      };
+      const auto pair = [&](int i) { return VecX(beside(i * h) - beside(-i * h)); };
       VecX slope, error, rounding;
       const auto judge = [&](const VecX& better, const VecX& worse) {
         slope = better;
@@ -293,6 +313,7 @@ void Point::stiffness() {
       } catch (const SimulationError&) {
         continue;
       }
+      if (parted && share > 1.5 * shortest) continue;
       // A shorter step that is no better only adds rounding.
       if (off >= least) break;
       least = off;
@@ -333,9 +354,7 @@ void Point::damping() {
   if (!has_damping()) return;
   const double closeness = any_law_of_rates() ? 1e-6 : 1.0;
   const Eigen::Index n = static_cast<Eigen::Index>(all_.size());
-  double fastest = 1.0;
-  for (const Direction& d : all_) fastest = std::max(fastest, std::abs(start_.w[d.v]) * d.scale / model_.size);
-  for (const TimeJet& jet : work_.motion) fastest = std::max(fastest, std::abs(jet.rate));
+  double fastest = std::max(fastest_rate(), 1.0 / model_.settings.duration);
   for (Eigen::Index k = 0; k < n; ++k) {
     const double step = closeness * fastest * model_.clusters[model_.parts[all_[k].part].cluster].size / metres(k);
     VecX size;
@@ -515,18 +534,23 @@ VecX Point::along(const State& at, const Axes& axes, const VecX& r) {
   return T * (beside(h) - beside(-h)) / (2.0 * h);
 }
 
-// Whether the motion goes on as it starts and the coefficients stay the same: after most of a radian, which is no part of a symmetry.
-bool Point::steady(const Axes& axes) {
-  if (!moves_) return true;
+// Of the start's rates and drives, rad/s or of the mechanism's size.
+double Point::fastest_rate() const {
   double fastest = 0.0;
-  for (const Direction& d : all_) {
-    fastest = std::max(fastest, std::abs(start_.w[d.v]) * d.scale / model_.size);
-    // Nothing accelerates beside what flies.
-    if (std::abs(start_.a[d.v]) * d.scale > 1e-7 * acceleration_scale()) return false;
-  }
+  for (const Direction& d : all_) fastest = std::max(fastest, std::abs(start_.w[d.v]) * d.scale / model_.size);
   for (const Part& p : model_.parts)
     if (p.joint.motion >= 0)
       fastest = std::max(fastest, std::abs(work_.motion[p.joint.motion].rate) / (is_length(p.joint.kind, 0) ? model_.size : 1.0));
+  return fastest;
+}
+
+// Whether the motion goes on as it starts and the coefficients stay the same: after most of a radian, which is no part of a symmetry.
+bool Point::steady(const Axes& axes) {
+  if (!moves_) return true;
+  // Nothing accelerates beside what flies.
+  for (const Direction& d : all_)
+    if (std::abs(start_.a[d.v]) * d.scale > 1e-7 * acceleration_scale()) return false;
+  const double fastest = fastest_rate();
   if (!(fastest > 0.0)) return true;
   const State then = later(0.7 / fastest);
   const Eigen::Index n = static_cast<Eigen::Index>(all_.size());

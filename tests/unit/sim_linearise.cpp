@@ -37,6 +37,21 @@ TEST(Linearise, EverySpringAndDamper) {
   }
 }
 
+// A ball that presses on a floor by its weight, much less deep than anything in the scene is long: sqrt(k/m), on this side of lift-off.
+TEST(Linearise, BallOnAFloor) {
+  for (const double stiffness : {1e3, 1e6, 1e9}) {
+    const double depth = 2 * 9.81 / stiffness;
+    const Linearisation linear = modes_of(
+        head(1, Vec3(0, -9.81, 0)) + mass("ball", 2, "inertia = [0.1, 0.1, 0.1]\nframes = { far = [3, 0, 0] }") +
+        joint("way", "prismatic", "ground", "ball", fmt::format("axis = [0, 1, 0]\ninitial = {{ value = {:.17g} }}", 0.1 - depth)) +
+        fmt::format("[[force]]\nkind = \"contact\"\non = \"ball\"\nshape = \"sphere\"\nradius = 0.1\nnormal = [0, 1, 0]\n"
+                    "stiffness = {}\n",
+                    stiffness));
+    ASSERT_EQ(linear.modes.size(), 1u);
+    EXPECT_NEAR(linear.modes[0].frequency / hertz(std::sqrt(stiffness / 2)), 1.0, 1e-5) << stiffness;
+  }
+}
+
 // Three equal masses between walls: 2 sqrt(k/m) sin(n pi / 8), shapes sin(n pi i / 4); damping in proportion to the stiffness.
 TEST(Linearise, ChainOfMasses) {
   std::string scene = head(1, Vec3::Zero());

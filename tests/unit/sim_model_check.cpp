@@ -1,6 +1,8 @@
 // What a beam's model cannot show is measured beside the run and told (run/model_check.h, run/linear_limit.h); static deflections in kept
 // modes.
 #include "mechanism_text.h"
+#include "sim/start/linearise.h"
+#include "sim/start/make_system.h"
 
 #include <gtest/gtest.h>
 
@@ -76,6 +78,26 @@ TEST(ModelCheck, FormsOfOtherEndsAreTold) {
 
 // A clamped beam under its weight, or an even load w: w x^2 (6 L^2 - 4 L x + x^2) / 24 EI; kept modes have it in full, with one mode as
 // with two.
+// A round section bends alike in two directions; the modes that are kept are those of each, not mixtures: with two of them and what joints
+// deform the lowest frequencies are those of all modes.
+TEST(KeepModes, RoundSectionsInSpace) {
+  const auto modes = [](const std::string& keep) {
+    return linearise(
+               make_system(parse_scene(head(1, Vec3::Zero()) +
+                                           "[[body]]\nname = \"b\"\nkind = \"beam\"\nlength = 1.7\nsection = { shape = \"tube\", "
+                                           "outer_diameter = 0.04, thickness = 0.004 }\nmaterial = { density = 5500, youngs_modulus = "
+                                           "1e9 }\neffects = [\"bending_xy\", \"bending_xz\", \"torsion\"]\n" +
+                                           keep + "[[body]]\nname = \"load\"\nkind = \"rigid\"\nmass = 20\ninertia = [0.2, 0.2, 0.2]\n" +
+                                           joint("clamp", "weld", "ground", "b", "") + joint("grip", "weld", "b.tip", "load", ""),
+                                       "round.toml")))
+        .modes;
+  };
+  const auto all = modes(""), kept = modes("keep_modes = 2\n");
+  ASSERT_GT(kept.size(), 4u);
+  for (size_t k = 0; k < 2; ++k) EXPECT_NEAR(kept[k].frequency / all[k].frequency, 1.0, 1e-6);
+  for (size_t k = 3; k < 5; ++k) EXPECT_NEAR(kept[k].frequency / all[k].frequency, 1.0, 1e-3);
+}
+
 TEST(KeepModes, WeightAndSpreadLoadsBendAsStaticsSay) {
   const double stiffness = 2.1e11 * 0.02 * 0.01 * 0.01 * 0.01 / 12.0, load = 7800.0 * 0.02 * 0.01 * 9.81;
   const auto exact = [&](double x) { return -load * x * x * (6.0 - 4.0 * x + x * x) / (24.0 * stiffness); };
