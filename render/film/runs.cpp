@@ -170,7 +170,8 @@ void add_outputs(std::span<const Run> runs, const std::vector<std::vector<Sample
     // The first that is asked for, else the first that moves.
     if (plotted.empty() && everywhere && (asked.empty() ? range > 0.0 : output.column == asked.front())) {
       plotted = output.column;
-      curves.push_back(plotted);
+      curves.push_back(fmt::format("{}: {}", runs[0].name, output.column));
+      together.results.outputs.push_back({curves.back(), output.unit, output.values, output.description});
     }
     for (size_t r = 1; r < runs.size(); ++r) {
       const sim::ResultOutput* other = find_output(*runs[r].results, output.column);
