@@ -15,8 +15,10 @@ namespace flexframe::sim {
 namespace {
 
 constexpr double tightest = 1e-11;
-// Where bodies pass on what they lack, or events shift with it, runs of one with more modes tell half of it at least.
-constexpr double passed_on = 2.25;
+// Where events shift with what a body lacks, its run with more modes tells half of it at least.
+constexpr double shifted = 2.25;
+// What lies beyond the next modes too, where nothing damps the vibrations: shares that fall by 1.6 a mode add as squares.
+constexpr double tail_undamped = 1.28;
 // What a round of refinement is thought to bring, however little the last one did (every second mode may have no part in the motion), and
 // where none is known: half as many modes more, of which what lacks falls as n^-3. Its price then: twice the one before.
 constexpr double least_fall = 1.2, best_fall = 3.4, usual_growth = 2.0;
@@ -129,11 +131,7 @@ bool Followed::settle_time(double timely) {
 bool Followed::judge_all_at_once() {
   Search finer = search;
   Setting next = setting;
-  double most = 1.0;  // of what is left, by how much what lies beyond is more, for the body that converges most slowly
-  for (Refinement& r : list) {
-    r.growth = finer.refine(r, next);
-    most = std::max(most, Refinement{r.body, r.stiff, 1.0, 0.0, r.growth}.error());
-  }
+  for (Refinement& r : list) r.growth = finer.refine(r, next);
   const std::optional<Histories> judge = finer.run_within(finer.at(next), unlimited);
   search.cpu = finer.cpu;
   if (!judge) {
@@ -142,10 +140,10 @@ bool Followed::judge_all_at_once() {
   }
   const MatX left = relative(*judge, *here);
   const double of_space = std::sqrt(std::max(0.0, std::pow(largest(left), 2) - 2.0 * std::pow(largest(time), 2)));
-  space = of_space > 0.0 ? MatX(left * (most * of_space / largest(left))) : MatX::Zero(time.rows(), time.cols());
-  // Bodies pass what they lack on to each other (slider-crank with an elastic crank: half of what was true was told).
+  space = of_space > 0.0 ? MatX(left * (tail_undamped * of_space / largest(left))) : MatX::Zero(time.rows(), time.cols());
+  // Bodies pass what they lack on to each other (slider-crank with an elastic crank: 4.0e-3 told where 1.0e-2 was true).
   const bool several = std::any_of(list.begin(), list.end(), [&](const Refinement& r) { return r.body != list.front().body; });
-  if (search.touches || several) space *= passed_on;
+  if (search.touches || several) space *= 3.0;
   return total(time) <= t.accuracy;
 }
 
@@ -205,7 +203,7 @@ void Followed::judge_space() {
   space = squares.cwiseSqrt();
   // After a contact or a stop the next one comes at another time: modes do not add up then, and two runs may differ by less than either is
   // wrong (a flap on a stop: half of what was true was told).
-  if (search.touches) space *= passed_on;
+  if (search.touches) space *= shifted;
 }
 
 // The error with what is left out, which is found again at this setting where it decides.
