@@ -611,19 +611,22 @@ void join_faces(Graph& graph, const Weld& weld, const Points& nodes, const Point
     edges.push_back({opposite, v});
   }
   // Creases as the nearest of their neighbours that are of a wall.
-  const Points known = beside;
   const auto was_smooth = [&](int v) { return normal.row(v).norm() > creased * area[v]; };
-  Eigen::VectorXd nearest = Eigen::VectorXd::Constant(graph.vertices, std::numeric_limits<double>::infinity());
-  for (Eigen::Index t = 0; t < weld.triangles.rows(); ++t)
-    for (int k = 0; k < 3; ++k) {
-      const int v = weld.triangles(t, k), w = weld.triangles(t, (k + 1) % 3);
-      for (const auto& [to, from] : {std::pair(v, w), std::pair(w, v)}) {
-        const double length = (weld.positions.row(to) - weld.positions.row(from)).norm();
-        if (was_smooth(to) || !(known.row(from).squaredNorm() > 0.0) || length >= nearest[to]) continue;
-        nearest[to] = length;
-        beside.row(to) = known.row(from);
+  for (int pass = 0; pass < 2; ++pass) {  // a corner has only creases beside it
+    const Points known = beside;
+    Eigen::VectorXd nearest = Eigen::VectorXd::Constant(graph.vertices, std::numeric_limits<double>::infinity());
+    for (Eigen::Index t = 0; t < weld.triangles.rows(); ++t)
+      for (int k = 0; k < 3; ++k) {
+        const int v = weld.triangles(t, k), w = weld.triangles(t, (k + 1) % 3);
+        for (const auto& [to, from] : {std::pair(v, w), std::pair(w, v)}) {
+          const double length = (weld.positions.row(to) - weld.positions.row(from)).norm();
+          if (was_smooth(to) || known.row(to).squaredNorm() > 0.0 || !(known.row(from).squaredNorm() > 0.0) || length >= nearest[to])
+            continue;
+          nearest[to] = length;
+          beside.row(to) = known.row(from);
+        }
       }
-    }
+  }
   if (walls > most_walls * smooth) set_middle(graph, weld, nodes, beside);
 }
 

@@ -245,19 +245,29 @@ void add_wall(const Graph& graph, std::span<const int> vertices, Patch& patch) {
 
 // Rotation of a node with arms: derivatives of its home patch's interpolant there. across: unit vector across the wall that it is on, or
 // zero: along it nothing tells a derivative, where the nodes of a curved wall seem to have one.
-ArmLift::Estimate make_estimate(const Patch& patch, const Points& nodes, const Vec3& x, const Vec3& across) {
+ArmLift::Estimate make_estimate(const Patch& patch, const Points& nodes, const Vec3& x, const Vec3& across, bool wall) {
   ArmLift::Estimate e;
   e.frame = patch.frame;
   e.tangents = patch.directions;
   e.node = patch.node;
   e.gradient = patch_gradient(patch, x);
   if (e.tangents == 1) add_twist(patch, nodes, e);
-  if (e.tangents == 3 && across.squaredNorm() > 0.0) {
-    Mat3 axes;
-    axes.col(0) = across.unitOrthogonal();
-    axes.col(1) = across.cross(Vec3(axes.col(0)));
-    e.gradient = (axes.leftCols(2).transpose() * patch.frame * e.gradient).eval();
-    e.tangents = 2;
+  if (e.tangents == 3 && wall) {
+    // Where the wall's direction is not known, or its nodes do not extend along it, that of the patch.
+    const Eigen::MatrixXd whole = patch.frame * e.gradient;
+    for (const Vec3& axis : {across, Vec3(patch.frame.col(2))}) {
+      if (!(axis.squaredNorm() > 0.0)) continue;
+      Mat3 axes;
+      axes.col(0) = axis.unitOrthogonal();
+      axes.col(1) = axis.cross(Vec3(axes.col(0)));
+      e.gradient = axes.leftCols(2).transpose() * whole;
+      e.tangents = 2;
+      constexpr double least = 0.1;  // of what nodes that follow the tangents span
+      Eigen::Matrix<double, 3, 2> spanned = Eigen::Matrix<double, 3, 2>::Zero();
+      for (size_t k = 0; k < e.node.size(); ++k)
+        spanned += (nodes.row(e.node[k]).transpose() - x) * e.gradient.col(static_cast<Eigen::Index>(k)).transpose();
+      if (spanned.col(0).cross(Vec3(spanned.col(1))).norm() > least) break;
+    }
   }
   // Tangents of the nodes' own surface, which need not be quite flat: then rigid motion of the nodes is seen as such.
   for (int t = 0; t < e.tangents; ++t) {
@@ -471,7 +481,7 @@ Partition PartitionMaker::make(const PartitionOptions& options, std::span<const 
   if (!options.rotations)
     for (const int i : out.lift.director_node)
       out.lift.estimate.push_back(make_estimate(patches[cover.home[i]], nodes_, nodes.row(i).transpose(),
-                                                wall ? Vec3(graph_.node_normal.row(i).transpose()) : Vec3(Vec3::Zero())));
+                                                wall ? Vec3(graph_.node_normal.row(i).transpose()) : Vec3(Vec3::Zero()), wall));
   out.leave_one_out = make_leave_one_out(patches, cover.home, director, count, sources);
   out.repairs = std::move(repair);
   return out;

@@ -486,6 +486,9 @@ TEST(InterpAcceptance, ModesBatchesAndCacheAgree) {
   const CachedModes again = cached_modes(nodes, rod.body.view(), options, phi, Eigen::MatrixXd(), folder);
   EXPECT_FALSE(fresh.from_cache);
   EXPECT_TRUE(again.from_cache);
+  ASSERT_EQ(fresh.doubt.doubt.rows(), phi.cols());
+  EXPECT_EQ(again.doubt.doubt, fresh.doubt.doubt);
+  EXPECT_EQ(again.doubt.moved, fresh.doubt.moved);
   EXPECT_TRUE(std::ranges::equal(fresh.columns.tiles(), again.columns.tiles()));
   EXPECT_EQ(fresh.report.reason, again.report.reason);
   // A damaged file is made anew.

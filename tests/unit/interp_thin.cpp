@@ -169,6 +169,31 @@ TEST(InterpThin, BothFacesOfAWall) {
   }
 }
 
+// Nodes at the corners of a face, whose vertices have creases beside them only: the map is finite and as right as the nodes allow.
+TEST(InterpThin, CornersOfAWall) {
+  const Body plate = make_plate(-0.0025, 0.005);
+  for (const int count : {8, 12, 20}) {
+    Nodes nodes;
+    nodes.positions.resize(count, 3);
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> share(0.0, 1.0);
+    for (int k = 0; k < count; ++k) {
+      const bool corner = k < 4;
+      nodes.positions.row(k) << (corner ? k % 2 : share(random)), 0.8 * (corner ? k / 2 : share(random)), 0.0025;
+    }
+    const Map map = make_precise(nodes, plate, Scheme::kernel);
+    // x y / 2: in the reach of an interpolant of few nodes.
+    const auto twist = [](const Points& p) {
+      Points u(p.rows(), 3);
+      for (Eigen::Index i = 0; i < p.rows(); ++i) u.row(i) << -0.5 * p(i, 2) * p(i, 1), -0.5 * p(i, 2) * p(i, 0), 0.5 * p(i, 0) * p(i, 1);
+      return u;
+    };
+    const Points truth = twist(plate.v), got = apply_linear(map, 1e-3 * twist(nodes.positions), none) * 1e3;
+    ASSERT_TRUE(got.allFinite()) << count;
+    EXPECT_LE((got - truth).norm() / truth.norm(), 0.2) << count;
+  }
+}
+
 // The thickness of an elastic surface's wall: what is asked for; else twice its volume over its area, of an open one a hundredth of its
 // size.
 TEST(InterpThin, AskedThickness) {
