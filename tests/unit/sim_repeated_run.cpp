@@ -78,3 +78,35 @@ TEST(RepeatedRun, KeepsOnePerCentWhereNobodyGaveATolerance) {
   // Nothing is known of an error that is not estimated.
   EXPECT_EQ(shaken("", alone).statistics.tolerance, 1e-6);
 }
+
+// A beam under loads that grow slowly and then stay: 24 steps at the default tolerance, and the run ten times looser, which the estimate
+// comes from, misses the vibration as well (0.03 told where 0.12 is true; of loads along several directions 0.02 where 0.99 is).
+TEST(RepeatedRun, FewStepsAreLookedAtAgain) {
+  const auto loaded = [](const std::string& more, const SimulateOptions& options = {}) {
+    const std::string grows = "*(t < 0.0184 ? sin(pi*t/0.0368)^2 : 1)\"\n";
+    return run_scene(
+        parse_scene("[simulation]\nduration = 0.0415\noutput_rate = 7200\n" + more +
+                        "[[body]]\nname = \"b\"\nkind = \"beam\"\nlength = 0.7\nsection = { shape = \"general\", area = 0.0016, iy = 8e-7, "
+                        "iz = 1.6e-7, j = 4.8e-7, shear_y = 0.53, shear_z = 0.7 }\nmaterial = { density = 4430, youngs_modulus = 1.1e11, "
+                        "poisson = 0.31 }\nframes = { p3 = 0.3, p8 = 0.8 }\n[[joint]]\nname = \"wall\"\nkind = \"weld\"\nparent = "
+                        "\"ground\"\nchild = \"b.root\"\n[[force]]\nkind = \"force\"\non = \"b.p3\"\ndirection = [-0.12, 0.4, "
+                        "0.91]\nvalue = \"257" +
+                        grows + "[[force]]\nkind = \"distributed\"\non = \"b\"\ndirection = [-0.52, 0.73, -0.45]\nvalue = \"967" + grows +
+                        "[[force]]\nkind = \"torque\"\non = \"b.p8\"\ndirection = [-0.13, -0.69, -0.71]\nvalue = \"124" + grows +
+                        "[[output]]\nname = \"tip\"\nof = \"b.tip\"\nquantity = \"position\"\n",
+                    "loaded.toml"),
+        options);
+  };
+  SimulateOptions alone;
+  alone.estimate_error = alone.check_effects = false;
+  const VecX truth = tip(loaded("tolerance = 1e-10\n", alone));
+  const double range = truth.maxCoeff() - truth.minCoeff();
+  const auto error = [&](const Results& r) { return (tip(r) - truth).cwiseAbs().maxCoeff() / range; };
+
+  EXPECT_LT(error(loaded("")), unasked_accuracy);
+  const Results given = loaded("tolerance = 1e-6\n");
+  EXPECT_EQ(given.statistics.tolerance, 1e-6);
+  EXPECT_GT(error(given), 0.1);
+  EXPECT_GT(5.0 * given.statistics.error_estimate, error(given));
+  EXPECT_TRUE(said(given, Severity::warning, "estimated error"));
+}
