@@ -3,11 +3,14 @@
 #include "sim/model/bodies.h"
 #include "sim/model/groups.h"
 #include "sim/scene/curve.h"
+#include "sim/scene/joint_kinds.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
+#include <limits>
 
 namespace flexframe::sim {
 namespace {
@@ -198,31 +201,43 @@ void complete_cluster(Model& model, int k) {
     for (const int f : model.couplings[coupling].frames) add_cluster_frame(f);
 }
 
-// How far the frames of a scene lie from their bodies' origins, or apart on the ground, m: those of springs too, which no joint names;
-// and how large wires and what touches are.
-double extent_of_frames(const Scene& scene) {
-  double extent = 0.0;
+// Shortest length that a scene of points tells, m: of frames from their bodies' origins (those of springs too, which no joint names), of
+// places on the ground apart, of where joints begin; else of wires and of what touches. 0: none.
+double shortest_length(const Scene& scene) {
+  double shortest = std::numeric_limits<double>::infinity();
+  const auto take = [&](double length) {
+    if (length > 0.0) shortest = std::min(shortest, length);
+  };
   for (const BodyDef& body : scene.bodies)
     if (const auto* rigid = std::get_if<RigidDef>(&body.kind))
-      for (const auto& [name, place] : rigid->frames) extent = std::max(extent, place.norm());
+      for (const auto& [name, place] : rigid->frames) take(place.norm());
   Eigen::AlignedBox3d standing;
   for (const auto& [name, place] : scene.ground_frames) standing.extend(place);
   for (const JointDef& j : scene.joints) {
     if (j.parent.body == "ground" && j.parent.frame.empty()) standing.extend(j.position);
-    if (j.curve) extent = std::max(extent, j.curve->length());
+    const std::vector<double> begins = j.initial.value.value_or(std::vector<double>{});
+    for (int k = 0; k < static_cast<int>(begins.size()); ++k)
+      if (is_length(j.kind, k)) take(std::abs(begins[static_cast<size_t>(k)]));
   }
-  for (const ForceDef& f : scene.forces)
-    if (f.contact)
-      extent = std::max({extent, f.contact->radius, f.contact->from_radius, f.contact->curve ? f.contact->curve->length() : 0.0});
-  return standing.isEmpty() ? extent : std::max(extent, standing.diagonal().norm());
+  if (!standing.isEmpty()) take(standing.diagonal().norm());
+  if (std::isfinite(shortest)) return shortest;
+  for (const JointDef& j : scene.joints)
+    if (j.curve) take(j.curve->length());
+  for (const ForceDef& f : scene.forces) {
+    if (!f.contact) continue;
+    take(f.contact->radius);
+    take(f.contact->from_radius);
+    if (f.contact->curve) take(f.contact->curve->length());
+  }
+  return std::isfinite(shortest) ? shortest : 0.0;
 }
 
-// The mechanism's size is that of its largest cluster; where none has an extent, the scene's frames tell; 1 m only where nothing does. A
-// cluster without extent (a body that is one point) is as large as the mechanism: it moves among the others.
+// The mechanism's size is that of its largest cluster; where none has an extent, the scene's lengths tell; 1 m only where nothing does.
+// A cluster without extent (a body that is one point) is as large as the mechanism: it moves among the others.
 void give_sizes(Model& model, const Scene& scene) {
   model.size = 0.0;
   for (const Cluster& c : model.clusters) model.size = std::max(model.size, c.size);
-  if (model.size == 0.0) model.size = extent_of_frames(scene);
+  if (model.size == 0.0) model.size = shortest_length(scene);
   if (model.size == 0.0) model.size = 1.0;
   for (Cluster& c : model.clusters)
     if (c.size == 0.0) c.size = model.size;
