@@ -83,10 +83,6 @@ Shared reduce(const std::filesystem::path& path, const py::dict& words, const py
   take_words(words, request);
   auto out = std::make_shared<Body>();
   Watcher watcher(progress);
-  request.options.ask = [] {
-    const py::gil_scoped_acquire gil;
-    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-  };
   const py::gil_scoped_release free;
   auto [model, reduced] = sim::reduce(request, [&](const std::string& text) { watcher.look(text); });
   out->body = std::move(reduced.body);

@@ -202,7 +202,7 @@ void complete_cluster(Model& model, int k) {
 }
 
 // Shortest length that a scene of points tells, m: of frames from their bodies' origins (those of springs too, which no joint names), of
-// places on the ground apart, of where joints begin; else of wires and of what touches. 0: none.
+// places on the ground from their middle, of where joints begin; else of wires and of what touches. 0: none.
 double shortest_length(const Scene& scene) {
   double shortest = std::numeric_limits<double>::infinity();
   const auto take = [&](double length) {
@@ -219,7 +219,7 @@ double shortest_length(const Scene& scene) {
     for (int k = 0; k < static_cast<int>(begins.size()); ++k)
       if (is_length(j.kind, k)) take(std::abs(begins[static_cast<size_t>(k)]));
   }
-  if (!standing.isEmpty()) take(standing.diagonal().norm());
+  if (!standing.isEmpty()) take(0.5 * standing.diagonal().norm());
   if (std::isfinite(shortest)) return shortest;
   for (const JointDef& j : scene.joints)
     if (j.curve) take(j.curve->length());

@@ -40,7 +40,7 @@ class FeSolver {
 
   double estimated_bytes() const { return cholesky->estimated_bytes(); }
   double factor_entries() const { return cholesky->factor_entries(); }
-  void factorise(const std::function<void()>& ask = {}) { cholesky->factorise(ask); }
+  void factorise() { cholesky->factorise(); }
 
   int rigid() const { return static_cast<int>(R.cols()); }
   const MatX& rigid_basis() const { return R; }  // M-orthonormal

@@ -252,7 +252,7 @@ class Reducer {
     lap("ordering");
     give_back_memory();
     say("factorising");
-    solver->factorise(options.ask);
+    solver->factorise();
     lap("factorisation");
   }
 

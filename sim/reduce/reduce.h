@@ -53,10 +53,7 @@ struct ReduceOptions {
   bool surface = false;            // the displacement (and stress, if that is asked for) at all nodes of the surface: Reduction::surface
   double damping = 0.0;            // ratio of critical damping of every mode
   int threads = 1;                 // of the dense kernels in the factorisation; more take less time but more CPU
-  // Asked some fifty times a second while the matrix is factorised, which a library does in one go, in a thread beside; may throw to give
-  // the reduction up. Without it nothing is asked there.
-  std::function<void()> ask = {};
-  double memory_limit = 0.0;  // bytes; 0: what the machine has free. Refused before the work when the estimate exceeds it
+  double memory_limit = 0.0;       // bytes; 0: what the machine has free. Refused before the work when the estimate exceeds it
 };
 
 struct ReduceReport {

@@ -7,11 +7,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
-#include <future>
-#include <mutex>
 #include <numeric>
-#include <thread>
 #include <vector>
 
 namespace flexframe::sim {
@@ -23,10 +19,7 @@ struct SparseCholesky::State {
 
   // MUMPS' arrays are numbered from 1 in its manual.
   int& icntl(int i) const { return mumps.icntl[i - 1]; }
-  // One at a time: a factorisation that was given up may still run.
   void call(int job) const {
-    static std::mutex one;
-    const std::lock_guard<std::mutex> alone(one);
     mumps.job = job;
     dmumps_c(&mumps);
   }
@@ -83,7 +76,7 @@ std::vector<int> nested_dissection(const Eigen::SparseMatrix<double>& lower) {
 
 }  // namespace
 
-SparseCholesky::SparseCholesky(Eigen::SparseMatrix<double>&& lower) : state(std::make_shared<State>()) {
+SparseCholesky::SparseCholesky(Eigen::SparseMatrix<double>&& lower) : state(std::make_unique<State>()) {
   DMUMPS_STRUC_C& m = state->mumps;
   m.par = 1;
   m.sym = 1;                 // positive definite
@@ -120,19 +113,11 @@ double SparseCholesky::factor_entries() const {
   return n >= 0 ? n : -1e6 * n;
 }
 
-void SparseCholesky::factorise(const std::function<void()>& ask) {
-  const auto call = [&] {
-    if (!ask) return state->call(2);
-    std::packaged_task<void()> task([kept = state] { kept->call(2); });
-    std::future<void> done = task.get_future();
-    std::thread(std::move(task)).detach();
-    while (done.wait_for(std::chrono::milliseconds(20)) != std::future_status::ready) ask();
-    done.get();
-  };
-  call();
+void SparseCholesky::factorise() {
+  state->call(2);
   if (state->mumps.infog[0] == -9 || state->mumps.infog[0] == -8) {
     state->icntl(14) = 60;
-    call();
+    state->call(2);
   }
   const int error = state->mumps.infog[0], detail = state->mumps.infog[1];
   if (error == -10 || error == -40)

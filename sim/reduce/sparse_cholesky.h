@@ -6,7 +6,6 @@
 
 #include <Eigen/Sparse>
 
-#include <functional>
 #include <memory>
 
 namespace flexframe::sim {
@@ -23,17 +22,15 @@ class SparseCholesky {
   double estimated_bytes() const;
   double factor_entries() const;
 
-  // Once. Throws SimulationError if the matrix is not positive definite or memory is short. ask: called some fifty times a second
-  // meanwhile; if it throws, so does this, and the library ends by itself in a thread of its own, with what it works on; others wait for
-  // it.
-  void factorise(const std::function<void()>& ask = {});
+  // Once. Throws SimulationError if the matrix is not positive definite or memory is short.
+  void factorise();
 
   // Solves A x = b in place, b: n x k column-major.
   void solve(MatX& b) const;
 
  private:
   struct State;
-  std::shared_ptr<State> state;
+  std::unique_ptr<State> state;
 };
 
 }  // namespace flexframe::sim

@@ -461,33 +461,6 @@ def interrupts():
     soon(0.5, lambda: ff.study(long, axes=["tolerance"]))
     expect(time.time() - begin < 30, f"Ctrl-C in a sweep and a study took {time.time() - begin:.1f} s")
 
-    # A reduction while its matrix is factorised, in one call of a library that takes seconds; the next one waits for what is left of it.
-    def block(name, n):
-        node = lambda i, j, k: 1 + i + (n + 1) * (j + (n + 1) * k)
-        every = range(n + 1)
-        lines = ["*NODE"] + [f"{node(i, j, k)}, {i}, {j}, {k}" for k in every for j in every for i in every]
-        lines.append("*ELEMENT, TYPE=C3D8, ELSET=all")
-        bricks = [(i, j, k) for k in range(n) for j in range(n) for i in range(n)]
-        for e, (i, j, k) in enumerate(bricks, 1):
-            low = [node(i, j, k), node(i + 1, j, k), node(i + 1, j + 1, k), node(i, j + 1, k)]
-            lines.append(", ".join(map(str, [e, *low, *(c + (n + 1) ** 2 for c in low)])))
-        lines += ["*SOLID SECTION, ELSET=all, MATERIAL=m", "*MATERIAL, NAME=m", "*ELASTIC", "2.1e11, 0.3", "*DENSITY", "7850"]
-        (folder / name).write_text("\n".join(lines) + "\n")
-        return folder / name
-
-    sent = []
-
-    def stop_the_factorisation(text):
-        if text.startswith("factorising"):
-            threading.Timer(0.05, lambda: (sent.append(time.time()), os.kill(os.getpid(), signal.SIGINT))).start()
-
-    raises(KeyboardInterrupt, lambda: ff.reduce(block("large.inp", 26), modes=2, progress=stop_the_factorisation))
-    took = time.time() - sent[0]
-    begin = time.time()
-    expect(ff.reduce(block("small.inp", 2), modes=2).frequencies.size == 2, "a reduction after one that was stopped")
-    rest = time.time() - begin
-    expect(rest > 0.3 and took < 0.5 * (took + rest), f"Ctrl-C in a factorisation took {took:.2f} s, what was left of it {rest:.2f} s")
-
     # Maps of large meshes, by patches and by one factorisation, and what a drawing makes before its first picture.
     def sheet(n, held):
         x, y = (a.ravel() for a in np.meshgrid(np.linspace(0, 1, n), np.linspace(0, 1, n), indexing="ij"))
