@@ -68,14 +68,19 @@ std::vector<std::vector<int>> uncoupled_groups(const MatX& K, const MatX& M) {
   return out;
 }
 
-// Modes of the pencil, mass 1, stiffness upwards. Group by group: where two directions have the same frequencies, as of a round section,
-// an eigensolver of the whole gives any mixture of them, which belongs to neither.
-void solve_modes(const MatX& K, const MatX& M, VecX& stiffness, MatX& V) {
+std::vector<std::vector<int>> all_together(Eigen::Index n) {
+  std::vector<int> all(static_cast<size_t>(n));
+  std::iota(all.begin(), all.end(), 0);
+  return {all};
+}
+
+// Modes of the pencil, mass 1, stiffness upwards.
+void solve_modes(const MatX& K, const MatX& M, bool by_direction, VecX& stiffness, MatX& V) {
   const Eigen::Index n = K.rows();
   VecX values(n);
   MatX vectors = MatX::Zero(n, n);
   Eigen::Index at = 0;
-  for (const std::vector<int>& group : uncoupled_groups(K, M)) {
+  for (const std::vector<int>& group : by_direction ? uncoupled_groups(K, M) : all_together(n)) {
     const GeneralizedEigen eigen(MatX(K(group, group)), MatX(M(group, group)));
     if (eigen.info() != Eigen::Success)
       throw SimulationError("the eigenmodes of an elastic body cannot be computed: its mass matrix is not positive definite");
@@ -93,9 +98,9 @@ void solve_modes(const MatX& K, const MatX& M, VecX& stiffness, MatX& V) {
 
 }  // namespace
 
-FlexibleBody to_normal_modes(const FlexibleBody& body, MatX& V) {
+FlexibleBody to_normal_modes(const FlexibleBody& body, MatX& V, bool by_direction) {
   VecX stiffness;
-  solve_modes(body.Ke, body.Me, stiffness, V);
+  solve_modes(body.Ke, body.Me, by_direction, stiffness, V);
   // A sign that does not depend on the eigensolver: the largest entry positive.
   for (Eigen::Index k = 0; k < V.cols(); ++k) {
     Eigen::Index at = 0;

@@ -10,8 +10,10 @@
 
 namespace flexframe::sim {
 
-// All eigenmodes of (Ke, Me), ascending; V (n x n): old coordinates = V new ones. Me must be positive definite.
-FlexibleBody to_normal_modes(const FlexibleBody& body, MatX& V);
+// All eigenmodes of (Ke, Me), ascending; V (n x n): old coordinates = V new ones. Me must be positive definite. by_direction: coordinates
+// that neither mass nor stiffness couples are solved by themselves. Where two directions have the same frequencies, as of a round section,
+// an eigensolver of the whole gives any mixture of both, which belongs to neither (keep_lowest needs them apart).
+FlexibleBody to_normal_modes(const FlexibleBody& body, MatX& V, bool by_direction = false);
 
 // A place where joints or loads take hold of a body, and what they pass on there.
 struct HeldPoint {

@@ -194,7 +194,7 @@ void make_fe_part(Model& model, const BeamDef& beam, const BeamEffects& effects,
     }
     part.shown.differs = true;
   }
-  if (modes) part.body = to_normal_modes(part.body, V);
+  if (modes) part.body = to_normal_modes(part.body, V, beam.keep_modes.has_value());
   if (modes && beam.keep_modes) {
     std::vector<HeldPoint> points = held;
     if (!beam.keep_static) std::erase_if(points, [](const HeldPoint& p) { return p.load; });
