@@ -95,13 +95,33 @@ void ErrorWeights::prepare(const System& system) {
   least_share_ = shares.empty() ? 1.0 : *std::min_element(shares.begin(), shares.end());
 }
 
-void ErrorWeights::update(const System& system, const VecX& y) {
+// Which state every rate is, and the share of the tree of every state.
+void ErrorWeights::find_states(const System& system, Eigen::Index states) {
   const Model& model = system.model;
-  if (scale_.size() != y.size()) scale_ = VecX::Zero(y.size());
   rate_of_.assign(model.nv, -1);
   int at = model.nq;
   for (size_t c = 0; c < model.clusters.size(); ++c)
     for (int k : system.work.clusters[c].partition.ind) rate_of_[model.clusters[c].v0 + k] = at++;
+  share_of_ = VecX::Ones(states);
+  if (shares.empty()) return;
+  const auto set_rates = [&](int v0, int n, double share) {
+    for (int k = v0; k < v0 + n; ++k)
+      if (rate_of_[k] >= 0) share_of_[rate_of_[k]] = share;
+  };
+  for (size_t i = 0; i < model.parts.size(); ++i) {
+    const Part& p = model.parts[i];
+    const double part = share(tree_[i]);
+    share_of_.segment(p.q0, p.joint.nq).setConstant(part);
+    share_of_.segment(p.eq0, p.body.n).setConstant(part);
+    set_rates(p.v0, p.joint.nv, part);
+    set_rates(p.ev0, p.body.n, part);
+  }
+}
+
+void ErrorWeights::update(const System& system, const VecX& y) {
+  const Model& model = system.model;
+  if (scale_.size() != y.size()) scale_ = VecX::Zero(y.size());
+  find_states(system, y.size());
   // Trees in which dry friction turns round or sticks: an event's time is as good as the rate that comes to zero there, so every elastic
   // coordinate is asked for the tolerance of its own range (a bar's stretch is a thousandth of its bending, and as fast), and no rate for
   // less.

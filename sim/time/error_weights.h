@@ -32,7 +32,7 @@ class ErrorWeights {
   // 1 / (tolerance x size of the component), one number a state.
   void write(double tolerance, double* weight) const;
   // Size of component i, against which a difference is small; not narrowed.
-  double size(Eigen::Index i) const { return scale_[i] / least_share_; }
+  double size(Eigen::Index i) const { return scale_[i] / share_of_[i]; }
   // The sizes in the state packed anew, of `states` components, after partitions or locks changed; before: the partitions of the old one.
   void repack(const System& system, const std::vector<Partition>& before, Eigen::Index old_states, Eigen::Index states);
 
@@ -43,6 +43,7 @@ class ErrorWeights {
 
  private:
   void prepare(const System& system);
+  void find_states(const System& system, Eigen::Index states);
   void elastic_sizes(const System& system, const VecX& y);
   void raise_elastic(const System& system, const VecX& y);
   void raise_joints(const System& system, const VecX& y);
@@ -51,7 +52,7 @@ class ErrorWeights {
   double share(int tree) const { return shares.empty() ? 1.0 : shares[tree]; }
   double gone(const VecX& y, Eigen::Index i, int tree) const { return share(tree) < 1.0 ? y[i] - start_[i] : y[i]; }
 
-  VecX scale_;                                 // of every state
+  VecX scale_, share_of_;                      // of every state; the share of its tree
   VecX start_, low_, high_;                    // coordinates at the start, and between what they stayed
   std::vector<int> tree_;                      // of every part: the tree it belongs to, by one of its parts
   std::vector<VecX> reaches_;                  // of every part: displacement per elastic coordinate, m
