@@ -333,7 +333,7 @@ void index_corners(Graph& graph, const Weld& weld) {
   std::vector<int> fill(graph.corner_begin.begin(), graph.corner_begin.end() - 1);
   for (Eigen::Index t = 0; t < weld.triangles.rows(); ++t)
     for (int c = 0; c < 3; ++c) {
-      const int at = fill[weld.triangles(t, c)]++;
+      const size_t at = fill[weld.triangles(t, c)]++;
       graph.corner[2 * at] = weld.triangles(t, (c + 1) % 3);
       graph.corner[2 * at + 1] = weld.triangles(t, (c + 2) % 3);
     }

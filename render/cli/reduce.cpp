@@ -155,7 +155,7 @@ std::string hdf5_text(const Words& w, const sim::Reduction& r, const std::string
 KeptTexts make(const Words& w, const KeptWork& work, const std::function<void(const std::string&)>& progress) {
   constexpr double worth = 0.2;  // CPU s
   const sim::FilesRead files;
-  const auto [model, r] = sim::reduce(w.request, progress);
+  const auto [model, r] = sim::reduce(w.request, progress, throw_if_interrupted);
   KeptTexts texts;
   const std::string comment = sim::reduced_comment(std::filesystem::path(w.model).filename().string(), r.report.lacks);
   texts["body"] = as_hdf5(w.output) ? hdf5_text(w, r, comment) : sim::write_sid_text(sim::from_flexible_body(r.body, comment));

@@ -82,9 +82,10 @@ Shared reduce(const std::filesystem::path& path, const py::dict& words, const py
   request.model = path;
   take_words(words, request);
   auto out = std::make_shared<Body>();
-  Watcher watcher(progress);
+  Watcher teller(progress), watcher(py::none{});
   const py::gil_scoped_release free;
-  auto [model, reduced] = sim::reduce(request, [&](const std::string& text) { watcher.look(text); });
+  auto [model, reduced] = sim::reduce(
+      request, [&](const std::string& text) { teller.look(text); }, [&] { watcher.look(); });
   out->body = std::move(reduced.body);
   out->name = path.stem().string();
   out->comment = sim::reduced_comment(path.filename().string(), reduced.report.lacks);

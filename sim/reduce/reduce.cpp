@@ -114,8 +114,8 @@ MatX free_rigid(const FeModel& model, const FeSystem& system, const FeReduced& r
 
 class Reducer {
  public:
-  Reducer(const FeModel& m, const ReduceOptions& o, const FeProgress& p)
-      : model(m), options(o), method(o.method), progress(p), clock(process_cpu_seconds()) {
+  Reducer(const FeModel& m, const ReduceOptions& o, const FeProgress& p, const std::function<void()>& a)
+      : model(m), options(o), method(o.method), progress(p), ask(a), clock(process_cpu_seconds()) {
     if (method == ReduceMethod::automatic) method = options.interfaces.empty() ? ReduceMethod::eigenmodes : ReduceMethod::craig_bampton;
   }
 
@@ -148,6 +148,7 @@ class Reducer {
   const ReduceOptions& options;
   ReduceMethod method;
   FeProgress progress;
+  std::function<void()> ask;
   double clock;  // CPU time at the end of the last stage, s
   Reduction out;
   FeSystem system;
@@ -160,6 +161,7 @@ class Reducer {
 
   ReduceReport& report() { return out.report; }
   void say(const std::string& text) {
+    if (ask) ask();
     if (progress) progress(text);
   }
   void note(std::string text) { report().notes.push_back(std::move(text)); }
@@ -232,7 +234,7 @@ class Reducer {
     say("ordering");
     give_back_memory();
     const MatX rigid = free_rigid(model, system, reduced, options.held);
-    solver = std::make_unique<FeSolver>(reduced, rigid, estimate_modes(model, system));
+    solver = std::make_unique<FeSolver>(reduced, rigid, estimate_modes(model, system), options.threads, ask);
     report().rigid_motions = solver->rigid();
     report().factor_entries = solver->factor_entries();
     // The factor with both matrices beside it, and either the matrix it is made from or the vectors of modes and fields: Lanczos keeps some
@@ -274,7 +276,7 @@ class Reducer {
 
   void find_fields() {
     say("modes");
-    const FeProgress talk = progress;
+    const FeProgress talk = [this](const std::string& text) { say(text); };
     const double limit = options.highest > 0.0 ? eigenvalue_of(options.highest) : 0.0;
     MatX loads, fields;
     const bool wants_modes = method == ReduceMethod::eigenmodes || method == ReduceMethod::response;
@@ -506,7 +508,7 @@ class Reducer {
   }
 
   // An averaging spider's point beside its middle.
-  static void add_own_arm(const FeAttachment& attachment, const MatX& U, int first, Eigen::Ref<MatX> into) {
+  static void add_own_arm(const FeAttachment& attachment, const MatX& U, int first, const Eigen::Ref<MatX>& into) {
     if (!attachment.arm.isZero(0.0)) fill_arm((attachment.motion * U).bottomRows(3), attachment.arm, first, into);
   }
 
@@ -635,8 +637,9 @@ class Reducer {
 
 }  // namespace
 
-Reduction reduce(const FeModel& model, const ReduceOptions& options, const std::function<void(const std::string&)>& progress) {
-  return Reducer(model, options, progress).run();
+Reduction reduce(const FeModel& model, const ReduceOptions& options, const std::function<void(const std::string&)>& progress,
+                 const std::function<void()>& ask) {
+  return Reducer(model, options, progress, ask).run();
 }
 
 std::string surface_obj(const FeModel& model) {

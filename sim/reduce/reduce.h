@@ -80,7 +80,10 @@ struct Reduction {
 };
 
 // Throws InputError for what is wrong with the model or the options, SimulationError for what cannot be computed (memory, convergence).
-Reduction reduce(const FeModel& model, const ReduceOptions& options, const std::function<void(const std::string&)>& progress = {});
+// ask: called in the calling thread between the steps, some fifty times a second in the longest, the factorisation; may throw whatever
+// shall end the call. A factorisation then goes on in a thread beside until it is done or the process ends; the next one waits for it.
+Reduction reduce(const FeModel& model, const ReduceOptions& options, const std::function<void(const std::string&)>& progress = {},
+                 const std::function<void()>& ask = {});
 
 // Undeformed outer surface as Wavefront text; faces of quadratic elements are divided at their mid-edge nodes.
 std::string surface_obj(const FeModel& model);

@@ -207,7 +207,8 @@ void check_numbers(const ReduceRequest& request) {
 
 }  // namespace
 
-RequestedReduction reduce(const ReduceRequest& request, const std::function<void(const std::string&)>& progress) {
+RequestedReduction reduce(const ReduceRequest& request, const std::function<void(const std::string&)>& progress,
+                          const std::function<void()>& ask) {
   check_numbers(request);
   ReduceOptions options = request.options;
   options.method = method_of(request.method);
@@ -228,7 +229,7 @@ RequestedReduction reduce(const ReduceRequest& request, const std::function<void
     for (int n : set_of(model, request.hold))
       for (int d = 0; d < 6; ++d) options.held.push_back({n, d});
   }
-  Reduction reduction = reduce(model, options, progress);
+  Reduction reduction = reduce(model, options, progress, ask);
   if (!held_note.empty()) reduction.report.notes.insert(reduction.report.notes.begin(), held_note);
   return {std::move(model), std::move(reduction)};
 }

@@ -37,8 +37,9 @@ struct RequestedReduction {
   Reduction reduction;
 };
 
-// Reads the model, completes it, reduces it. SI units. progress: called with what is done now; may throw to stop. Throws InputError for
-// words that say nothing and for what is wrong with the model, SimulationError for what cannot be computed.
-RequestedReduction reduce(const ReduceRequest& request, const std::function<void(const std::string&)>& progress = {});
+// Reads the model, completes it, reduces it. SI units. progress: called with what is done now; ask: called often; both may throw to stop.
+// Throws InputError for words that say nothing and for what is wrong with the model, SimulationError for what cannot be computed.
+RequestedReduction reduce(const ReduceRequest& request, const std::function<void(const std::string&)>& progress = {},
+                          const std::function<void()>& ask = {});
 
 }  // namespace flexframe::sim

@@ -1,21 +1,66 @@
 // MUMPS behind SparseCholesky. The only file that knows it.
 #include "sim/reduce/sparse_cholesky.h"
 
+#include <cblas.h>
 #include <dmumps_c.h>
 #include <metis.h>
 
 #include <fmt/format.h>
 
+#include <unistd.h>
 #include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <future>
+#include <mutex>
 #include <numeric>
+#include <thread>
 #include <vector>
 
 namespace flexframe::sim {
+namespace {
+
+constexpr std::chrono::milliseconds patience(20);
+
+// MUMPS keeps data of a call in variables of the process, METIS draws from rand(): one call at a time. Whoever waits is asked meanwhile.
+std::timed_mutex in_use;
+std::unique_lock<std::timed_mutex> alone(const std::function<void()>& ask = {}) {
+  std::unique_lock lock(in_use, std::defer_lock);
+  while (!lock.try_lock_for(patience))
+    if (ask) ask();
+  return lock;
+}
+
+// Threads that factorise, some of them for nobody any more. At exit the libraries that they are in are taken down under them, and to wait
+// for them could take minutes: the process then ends without taking down anything.
+std::atomic<int> factorising = 0;
+struct Counted {
+  Counted() { ++factorising; }
+  ~Counted() { --factorising; }
+  Counted(const Counted&) = delete;
+  Counted& operator=(const Counted&) = delete;
+};
+#ifdef __GLIBC__
+[[maybe_unused]] const int told = ::on_exit(
+    [](int status, void*) {
+      if (factorising == 0) return;
+      std::fflush(nullptr);
+      ::_exit(status);
+    },
+    nullptr);
+#endif
+
+}  // namespace
 
 struct SparseCholesky::State {
   mutable DMUMPS_STRUC_C mumps{};
   Eigen::SparseMatrix<double> matrix;  // its rows are numbered from 1 once MUMPS has them
   std::vector<int> columns, order;
+  int threads = 1;
+  bool begun = false;
+  std::atomic<bool> given_up = false;  // nobody waits for the factor
 
   // MUMPS' arrays are numbered from 1 in its manual.
   int& icntl(int i) const { return mumps.icntl[i - 1]; }
@@ -23,7 +68,20 @@ struct SparseCholesky::State {
     mumps.job = job;
     dmumps_c(&mumps);
   }
-  ~State() { call(-2); }
+  void factorise() {
+    if (given_up) return;
+    openblas_set_num_threads(threads);  // OpenMP's number is each thread's own: with another one the last bits would differ
+    call(2);
+    if (mumps.infog[0] == -9 || mumps.infog[0] == -8) {
+      icntl(14) = 60;
+      call(2);
+    }
+  }
+  ~State() {
+    if (!begun) return;
+    const auto lock = alone();
+    call(-2);
+  }
 };
 
 namespace {
@@ -76,8 +134,12 @@ std::vector<int> nested_dissection(const Eigen::SparseMatrix<double>& lower) {
 
 }  // namespace
 
-SparseCholesky::SparseCholesky(Eigen::SparseMatrix<double>&& lower) : state(std::make_unique<State>()) {
+SparseCholesky::SparseCholesky(Eigen::SparseMatrix<double>&& lower, int threads, std::function<void()> asked)
+    : state(std::make_shared<State>()), ask(std::move(asked)) {
+  const auto lock = alone(ask);
   DMUMPS_STRUC_C& m = state->mumps;
+  state->threads = threads;
+  state->begun = true;
   m.par = 1;
   m.sym = 1;                 // positive definite
   m.comm_fortran = -987654;  // MUMPS' name for MPI_COMM_WORLD
@@ -114,11 +176,23 @@ double SparseCholesky::factor_entries() const {
 }
 
 void SparseCholesky::factorise() {
-  state->call(2);
-  if (state->mumps.infog[0] == -9 || state->mumps.infog[0] == -8) {
-    state->icntl(14) = 60;
-    state->call(2);
+  std::packaged_task<void()> task([own = state] {
+    const auto lock = alone();
+    own->factorise();
+  });
+  std::future<void> done = task.get_future();
+  std::thread([counted = std::make_unique<Counted>(), task = std::move(task)]() mutable {
+    task();
+    task = {};  // what it owns is let go while it counts
+  }).detach();
+  try {
+    while (done.wait_for(patience) != std::future_status::ready)
+      if (ask) ask();
+  } catch (...) {
+    state->given_up = true;
+    throw;
   }
+  done.get();
   const int error = state->mumps.infog[0], detail = state->mumps.infog[1];
   if (error == -10 || error == -40)
     throw SimulationError(fmt::format(
@@ -135,13 +209,17 @@ void SparseCholesky::factorise() {
 }
 
 void SparseCholesky::solve(MatX& b) const {
-  if (b.cols() == 0) return;
-  state->mumps.rhs = b.data();
-  state->mumps.nrhs = static_cast<int>(b.cols());
-  state->mumps.lrhs = static_cast<int>(b.rows());
-  state->icntl(27) = 32;  // right-hand sides solved together
-  state->call(3);
-  if (state->mumps.infog[0] < 0) throw SimulationError(fmt::format("sparse solution failed (MUMPS error {})", state->mumps.infog[0]));
+  constexpr Eigen::Index together = 32;
+  for (Eigen::Index first = 0; first < b.cols(); first += together) {
+    if (ask) ask();
+    const auto lock = alone(ask);
+    state->mumps.rhs = b.col(first).data();
+    state->mumps.nrhs = static_cast<int>(std::min(together, b.cols() - first));
+    state->mumps.lrhs = static_cast<int>(b.rows());
+    state->icntl(27) = together;
+    state->call(3);
+    if (state->mumps.infog[0] < 0) throw SimulationError(fmt::format("sparse solution failed (MUMPS error {})", state->mumps.infog[0]));
+  }
 }
 
 }  // namespace flexframe::sim

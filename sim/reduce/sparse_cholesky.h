@@ -6,14 +6,17 @@
 
 #include <Eigen/Sparse>
 
+#include <functional>
 #include <memory>
 
 namespace flexframe::sim {
 
 class SparseCholesky {
  public:
-  // Lower triangle only. Orders and estimates. The matrix is given away, and let go once it is factorised.
-  explicit SparseCholesky(Eigen::SparseMatrix<double>&& lower);
+  // Lower triangle only. Orders and estimates. The matrix is given away, and let go once it is factorised. threads: of the dense kernels.
+  // ask: called in the calling thread, some fifty times a second while it factorises and before every 32 right-hand sides; may throw
+  // whatever shall end the call.
+  explicit SparseCholesky(Eigen::SparseMatrix<double>&& lower, int threads = 1, std::function<void()> ask = {});
   ~SparseCholesky();
   SparseCholesky(const SparseCholesky&) = delete;
   SparseCholesky& operator=(const SparseCholesky&) = delete;
@@ -22,7 +25,8 @@ class SparseCholesky {
   double estimated_bytes() const;
   double factor_entries() const;
 
-  // Once. Throws SimulationError if the matrix is not positive definite or memory is short.
+  // Once. Throws SimulationError if the matrix is not positive definite or memory is short, and what `ask` throws, at once: MUMPS cannot
+  // be stopped, and goes on in a thread beside that owns all it touches, until it is done or the process ends.
   void factorise();
 
   // Solves A x = b in place, b: n x k column-major.
@@ -30,7 +34,8 @@ class SparseCholesky {
 
  private:
   struct State;
-  std::unique_ptr<State> state;
+  std::shared_ptr<State> state;
+  std::function<void()> ask;
 };
 
 }  // namespace flexframe::sim

@@ -496,6 +496,43 @@ def interrupts():
     raises(StopIteration, lambda: ff.simulate(long, progress=stop), "at 0.0")
 
 
+REDUCE = """
+import os, signal, sys, threading, time
+import flexframe as ff
+
+def stopped():
+    sent = []
+
+    def told(text):
+        if "degrees of freedom" in text:  # the factorisation comes next, of seconds
+            threading.Timer(0.3, lambda: (sent.append(time.monotonic()), os.kill(os.getpid(), signal.SIGINT))).start()
+
+    try:
+        ff.reduce("block.inp", modes=4, stiffening=False, progress=told)
+    except KeyboardInterrupt:
+        print(time.monotonic() - sent[0], flush=True)
+
+stopped()
+ff.reduce(sys.argv[1], modes=4).write_sid("after.sid")
+stopped()
+sys.exit(7)
+"""
+
+
+def interrupted_reduction():
+    # The factorisation goes on beside for a while: the next reduction waits for it and has its bits, the process ends in the midst of it.
+    subprocess.run(["/usr/bin/python3", source / "assets/beam/make_beam.py", folder / "block.inp", "14", "14", "14"], check=True)
+    deck = source / "tests/unit/data/kernel_map/conrod.inp"
+    words = [sys.executable, "-c", REDUCE, deck]
+    done = subprocess.run(words, cwd=folder, capture_output=True, text=True, timeout=300)
+    reactions = [float(line) for line in done.stdout.split()]
+    print(f"Ctrl-C in a factorisation: {reactions} s")
+    expect(len(reactions) == 2 and max(reactions) < 2.0, f"Ctrl-C in a factorisation: {reactions} s {done.stderr}")
+    expect(done.returncode == 7 and done.stderr == "", f"the end amid a factorisation: exit {done.returncode} {done.stderr}")
+    ff.reduce(deck, modes=4).write_sid(folder / "before.sid")
+    expect((folder / "after.sid").read_bytes() == (folder / "before.sid").read_bytes(), "a reduction after a stopped one is another")
+
+
 def accuracy_of_pictures():
     """A pendulum whose tip is asked to be within half a pixel: against one integrated here, and the same as the program's."""
     length, lines, wide = 1.0, 600, 3.0
@@ -698,6 +735,7 @@ for test in (
     sweep,
     drive,
     interrupts,
+    interrupted_reduction,
     accuracy_of_pictures,
     strangers,
     documented,

@@ -4,10 +4,11 @@ import pathlib
 import resource
 import signal
 import subprocess
+import sys
 import time
 import zlib
 
-from program import examples, expect, finish, flexframe, run, temporary_folder
+from program import examples, expect, finish, flexframe, run, source, temporary_folder
 
 
 def is_whole_png(data):
@@ -110,6 +111,22 @@ with temporary_folder() as folder:
     expect(process.returncode == 130 and "interrupted" in message, f"ctrl-C: exit {process.returncode}: {message}")
     for path in (folder / "c").rglob("*") if (folder / "c").exists() else []:
         expect(not path.name.startswith("."), f"ctrl-C leaves {path.name}")
+
+    # Amid the factorisation of a reduction, which no library can be stopped in: at once, and no file is there.
+    subprocess.run([sys.executable, source / "assets/beam/make_beam.py", folder / "block.inp", "14", "14", "14"], check=True)
+    (folder / "body").mkdir()
+    words = ["reduce", str(folder / "block.inp"), "-o", str(folder / "body/block.sid"), "--modes", "4", "--no-stiffening"]
+    process = subprocess.Popen([flexframe, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    while (line := process.stderr.readline()) and "factorising" not in line:
+        pass
+    time.sleep(0.3)
+    process.send_signal(signal.SIGINT)
+    sent = time.monotonic()
+    _, message = process.communicate(timeout=60)
+    took = time.monotonic() - sent
+    expect(process.returncode == 130 and message == "flexframe: interrupted\n", f"ctrl-C: exit {process.returncode}: {message}")
+    expect(took < 2.0, f"ctrl-C amid a factorisation took {took:.1f} s")
+    expect(not any((folder / "body").iterdir()), f"ctrl-C leaves {list((folder / 'body').iterdir())}")
 
     # A static start of minutes does not look at the request to end (a coil of many pieces in a loop); the program ends all the same.
     (folder / "coil.toml").write_text(COIL)
