@@ -426,7 +426,7 @@ Partition PartitionMaker::make(const PartitionOptions& options, std::span<const 
   const Points none(0, 3);
   const Points &positions = wall ? middle_ : weld_.positions, &nodes = wall ? node_middle_ : nodes_;
   std::vector<int> director;
-  int sources = count;
+  int sources = 0;
   for (int pass = 0;; ++pass) {
     parallel_chunks(static_cast<int>(number), 1, options.threads, [&](int first, int last) {
       for (int p = first; p < last; ++p) {
