@@ -1,10 +1,8 @@
 // A default run whose error of time is too large is made again more tightly, where nobody gave a tolerance.
-#include "sim/run/run_scene.h"
-#include "sim/scene/scene_reader.h"
+#include "tests/unit/cantilever.h"
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -12,43 +10,9 @@ using namespace flexframe::sim;
 
 namespace {
 
-// A steel cantilever shaken at its tip: vibrations of several frequencies.
+// Shaken at its tip: vibrations of several frequencies.
 Results shaken(const std::string& more, const SimulateOptions& options = {}) {
-  return run_scene(parse_scene("[simulation]\nduration = 0.5\n" + more + R"toml(
-[[body]]
-name = "b"
-kind = "beam"
-length = 1
-section = { shape = "rectangle", width = 0.02, height = 0.02 }
-material = { density = 7850, youngs_modulus = 2.1e11 }
-[[joint]]
-name = "wall"
-kind = "weld"
-parent = "ground"
-child = "b.root"
-[[force]]
-kind = "force"
-on = "b.tip"
-direction = [0, 1, 0]
-value = "10*sin(40*t)"
-[[output]]
-name = "tip"
-of = "b.tip"
-quantity = "position"
-)toml",
-                               "shaken.toml"),
-                   options);
-}
-
-VecX tip(const Results& results) {
-  for (const ResultOutput& output : results.outputs)
-    if (output.column == "tip.y") return output.values;
-  return {};
-}
-
-bool said(const Results& results, Severity severity, const std::string& words) {
-  const std::vector<std::string> texts = results.statistics.notes.texts(severity);
-  return std::any_of(texts.begin(), texts.end(), [&](const std::string& t) { return t.find(words) != std::string::npos; });
+  return run_cantilever("duration = 0.5\n" + more, "", "10*sin(40*t)", options);
 }
 
 }  // namespace
