@@ -277,14 +277,15 @@ void Point::stiffness() {
     // Two thousandths: differences of sixth order err by 1e-17 there, of fourth by 5e-13, roundings by 1e-13. Shorter where the forces
     // change within that.
     constexpr double shortest = 2e-10;
-    for (double share = 2e-3; share > 0.5 * shortest; share *= 0.1) {
+    double share = 2e-3;
+    for (int tenths = 0; tenths < 8; ++tenths, share *= 0.1) {
       // Below 1e-7 only to stay on one side of where something touches or parts.
       if (share < 1e-7 && best.size() > 0) break;
       const double h = share * unit;
       VecX size_of, pairs[3];
       bool parted = false;
       const auto beside = [&](double step) {
-        const VecX out = force(start_, k, step, -1, 0.0, &size_of);
+        VecX out = force(start_, k, step, -1, 0.0, &size_of);
         parted = parted || touching() != touched;
         return out;
       };
@@ -306,9 +307,8 @@ void Point::stiffness() {
         off = judge((8.0 * pairs[0] - pairs[1]) / (12.0 * h), pairs[0] / (2.0 * h));
         // Polynomials of low order, as elastic displacements make them, need no more.
         if (!good(off)) {
-          const VecX fourth = slope;
           pairs[2] = pair(3);
-          off = judge((45.0 * pairs[0] - 9.0 * pairs[1] + pairs[2]) / (60.0 * h), fourth);
+          off = judge((45.0 * pairs[0] - 9.0 * pairs[1] + pairs[2]) / (60.0 * h), VecX(slope));
         }
       } catch (const SimulationError&) {
         continue;
