@@ -5,7 +5,6 @@
 #include "interp/rotation.h"
 
 #include <numeric>
-#include <stdexcept>
 
 namespace flexframe::interp {
 namespace {

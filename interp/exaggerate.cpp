@@ -7,7 +7,6 @@
 #include <Eigen/SparseCholesky>
 
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <numeric>
 

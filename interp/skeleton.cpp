@@ -8,7 +8,6 @@
 #include <iterator>
 #include <limits>
 #include <numbers>
-#include <numeric>
 #include <queue>
 #include <set>
 

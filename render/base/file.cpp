@@ -11,7 +11,6 @@
 #include <charconv>
 #include <csignal>
 #include <cstring>
-#include <stdexcept>
 #include <string>
 
 namespace flexframe::render {

@@ -4,7 +4,6 @@
 #include "sim/base/error.h"
 #include "sim/base/file_output.h"
 
-#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <cstdint>

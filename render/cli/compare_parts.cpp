@@ -11,7 +11,6 @@
 #include <fstream>
 #include <iterator>
 #include <utility>
-#include <vector>
 
 namespace flexframe::cli {
 namespace {

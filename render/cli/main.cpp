@@ -13,7 +13,6 @@
 #include <cstdio>
 #include <new>
 #include <system_error>
-#include <typeinfo>
 #include <vector>
 
 namespace {

@@ -7,8 +7,6 @@
 #include <dlfcn.h>
 
 #include <array>
-#include <cstdint>
-#include <stdexcept>
 
 namespace flexframe::render {
 namespace {

@@ -3,8 +3,6 @@
 #include "render/draw/shaders.h"
 #include "sim/base/error.h"
 
-#include <stdexcept>
-
 namespace flexframe::render {
 
 GLint Program::location(const char* name) {

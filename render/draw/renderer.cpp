@@ -19,7 +19,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <ctime>
-#include <stdexcept>
 
 namespace flexframe::render {
 namespace {

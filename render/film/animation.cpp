@@ -7,8 +7,6 @@
 #include "render/film/survey.h"
 #include "render/frame/camera.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 

@@ -17,7 +17,6 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
-#include <sstream>
 
 namespace flexframe::film {
 namespace {

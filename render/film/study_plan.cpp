@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <set>
 
 namespace flexframe::film {
 namespace {

@@ -12,7 +12,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cstring>
-#include <optional>
 #include <set>
 #include <string_view>
 

@@ -1,6 +1,5 @@
 #include "sim/accuracy/accuracy_task.h"
 
-#include <algorithm>
 #include <utility>
 
 namespace flexframe::sim {

@@ -5,8 +5,6 @@
 #include "sim/scene/toml_output.h"
 #include "sim/time/system.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
 namespace flexframe::sim {

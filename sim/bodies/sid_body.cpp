@@ -533,7 +533,7 @@ SidFile from_flexible_body(const FlexibleBody& body, const std::string& comment)
     node.id = source.name.starts_with("node[") && source.name.ends_with("]") ? source.name.substr(5, source.name.size() - 6) : source.name;
     const Mat3X phi = zero(source.phi, 3, n), psi = zero(source.psi, 3, n);
     node.origin = make_sid_block(source.origin, columns(phi), n);
-    std::vector<MatX> phi1, ap1, sigma1;
+    std::vector<MatX> phi1, ap1;
     if (std::any_of(source.phi2.begin(), source.phi2.end(), [](const MatX& m) { return m.size() > 0; }))
       for (int k = 0; k < n; ++k) {
         MatX m = MatX::Zero(3, n);

@@ -11,7 +11,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <type_traits>
 
 namespace flexframe::sim {
 namespace {

@@ -2,7 +2,6 @@
 #include "sim/reduce/fe_inp_resolver.h"
 
 #include <algorithm>
-#include <numeric>
 
 namespace flexframe::sim {
 

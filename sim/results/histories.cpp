@@ -1,11 +1,8 @@
 #include "sim/results/histories.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <stdexcept>
 
 namespace flexframe::sim {
 namespace {

@@ -2,8 +2,6 @@
 
 #include "sim/base/small_matrices.h"
 
-#include <cmath>
-
 namespace flexframe::sim {
 
 NodePaths::NodePaths(const Part& part, const std::vector<int>& nodes) {

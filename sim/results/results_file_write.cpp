@@ -5,8 +5,6 @@
 #include "sim/results/results_file.h"
 #include "sim/results/results_format.h"
 
-#include <algorithm>
-
 #include <fmt/format.h>
 
 namespace flexframe::sim {

@@ -9,7 +9,6 @@
 #include "sim/scene/force_kinds.h"
 #include "sim/start/statics.h"
 
-#include <fmt/format.h>
 #include <Eigen/QR>
 
 #include <algorithm>

@@ -5,9 +5,6 @@
 #include "sim/scene/scene_input.h"
 #include "sim/scene/units.h"
 
-#include <algorithm>
-#include <set>
-
 #include <fmt/format.h>
 
 namespace flexframe::sim {

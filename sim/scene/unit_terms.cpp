@@ -3,7 +3,6 @@
 #include "sim/base/types.h"
 #include "sim/base/words.h"
 
-#include <array>
 #include <cctype>
 #include <charconv>
 

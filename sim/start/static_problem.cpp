@@ -5,7 +5,6 @@
 #include "sim/dynamics/dynamics.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace flexframe::sim {
 

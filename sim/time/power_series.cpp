@@ -4,7 +4,6 @@
 
 #include <Eigen/Core>
 
-#include <algorithm>
 #include <cstring>
 
 namespace flexframe::sim {

@@ -8,8 +8,6 @@
 #include "sim/dynamics/stops.h"
 #include "sim/model/joint_motion.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 

@@ -2,7 +2,6 @@
 // tip is made stationary here, without the program's dynamics.
 #include "tests/unit/beam_chains.h"
 
-#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -3,7 +3,6 @@
 #include "sim/bodies/beam_eigenforms.h"
 #include "sim/bodies/beam_terms.h"
 
-#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <Eigen/Eigenvalues>
 

@@ -1,7 +1,6 @@
 // Beams as chains: Chudnovsky et al. 2006's lumped cantilever, the coupled springs, pure bending of a mixed beam, frames and damping.
 #include "tests/unit/beam_chains.h"
 
-#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <Eigen/Eigenvalues>
 
