@@ -240,10 +240,11 @@ PixelRect covered(const Bounds& box, const glm::dmat4& pose, const ViewFrame& fr
   return {x0, y0, x1 - x0, y1 - y0};
 }
 
-PixelRect covered(const Content& content, const Picture& picture, const ViewFrame& frame, int per_pixel, double unit) {
+PixelRect covered(const Content& content, const Picture& picture, const ViewFrame& frame, int per_pixel, double unit,
+                  const std::vector<bool>& surfaces) {
   PixelRect all;
   for (std::size_t i = 0; i < content.surfaces.size(); ++i)
-    if (!content.surfaces[i].triangles.empty())
+    if (!content.surfaces[i].triangles.empty() && (surfaces.empty() || surfaces[i]))
       all = joined(all, covered(content.boxes[i], content.surfaces[i].pose, frame, per_pixel, 2.0));
   for (const Lines& l : picture.lines)
     all = joined(all, covered(compute_bounds(l.points), l.pose, frame, per_pixel,

@@ -36,6 +36,8 @@ bool translucent(const Lines& lines);
 PixelRect covered(const Bounds& box, const glm::dmat4& pose, const ViewFrame& frame, int per_pixel, double extra);
 
 // The same of everything in the content and the picture's lines and markers; unit: samples of one pixel at 720 lines.
-PixelRect covered(const Content& content, const Picture& picture, const ViewFrame& frame, int per_pixel, double unit);
+// surfaces: only those; empty: all.
+PixelRect covered(const Content& content, const Picture& picture, const ViewFrame& frame, int per_pixel, double unit,
+                  const std::vector<bool>& surfaces = {});
 
 }  // namespace flexframe::render

@@ -131,9 +131,8 @@ GLuint fetched_texture(const Gl& gl, GLint format, GLenum components, GLenum typ
 void Device::remove(Target& t) {
   for (GLuint f : {t.framebuffer, t.store_framebuffer})
     if (f) gl_.DeleteFramebuffers(1, &f);
-  for (GLuint texture : {t.depth, t.store})
+  for (GLuint texture : {t.color, t.depth, t.store})
     if (texture) gl_.DeleteTextures(1, &texture);
-  if (t.color) gl_.DeleteRenderbuffers(1, &t.color);
 }
 
 void Device::add_store(Target& t) {
@@ -161,11 +160,10 @@ Target& Device::target(const std::string& role, int width, int height, ColorForm
   gl_.GenFramebuffers(1, &t.framebuffer);
   gl_.BindFramebuffer(GL_FRAMEBUFFER, t.framebuffer);
   if (color != ColorFormat::none) {
-    const GLenum format = color == ColorFormat::bytes ? GL_RGBA8 : color == ColorFormat::words ? GL_RGBA16 : GL_R32F;
-    gl_.GenRenderbuffers(1, &t.color);
-    gl_.BindRenderbuffer(GL_RENDERBUFFER, t.color);
-    gl_.RenderbufferStorage(GL_RENDERBUFFER, format, width, height);
-    gl_.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, t.color);
+    t.color = color == ColorFormat::bytes   ? fetched_texture(gl_, GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE, width, height)
+              : color == ColorFormat::words ? fetched_texture(gl_, GL_RGBA16, GL_RGBA, GL_UNSIGNED_SHORT, width, height)
+                                            : fetched_texture(gl_, GL_R32F, GL_RED, GL_FLOAT, width, height);
+    gl_.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, t.color, 0);
   } else {
     gl_.DrawBuffer(GL_NONE);
     gl_.ReadBuffer(GL_NONE);
@@ -175,6 +173,26 @@ Target& Device::target(const std::string& role, int width, int height, ColorForm
   if (gl_.CheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
     throw DrawError("OpenGL cannot draw to " + std::to_string(width) + " x " + std::to_string(height) + " samples");
   return t;
+}
+
+void Device::upload(const Target& t, const PixelRect& part, int row, const std::uint8_t* colors, const float* depth) {
+  gl_.PixelStorei(GL_UNPACK_ROW_LENGTH, row);
+  const std::size_t first = std::size_t(part.y) * row + part.x;
+  gl_.BindTexture(GL_TEXTURE_2D, t.depth);
+  gl_.TexSubImage2D(GL_TEXTURE_2D, 0, part.x, part.y, part.width, part.height, GL_DEPTH_COMPONENT, GL_FLOAT, depth + first);
+  if (colors) {
+    gl_.BindTexture(GL_TEXTURE_2D, t.color);
+    gl_.TexSubImage2D(GL_TEXTURE_2D, 0, part.x, part.y, part.width, part.height, GL_RGBA, GL_UNSIGNED_BYTE, colors + 4 * first);
+  }
+  gl_.PixelStorei(GL_UNPACK_ROW_LENGTH, 0);
+}
+
+void Device::download(const PixelRect& part, int row, std::uint8_t* colors, float* depth) {
+  gl_.PixelStorei(GL_PACK_ROW_LENGTH, row);
+  const std::size_t first = std::size_t(part.y) * row + part.x;
+  if (colors) gl_.ReadPixels(part.x, part.y, part.width, part.height, GL_RGBA, GL_UNSIGNED_BYTE, colors + 4 * first);
+  if (depth) gl_.ReadPixels(part.x, part.y, part.width, part.height, GL_DEPTH_COMPONENT, GL_FLOAT, depth + first);
+  gl_.PixelStorei(GL_PACK_ROW_LENGTH, 0);
 }
 
 GLuint Device::texture(const std::string& role) {

@@ -3,6 +3,7 @@
 
 #include "render/draw/context.h"
 #include "render/draw/gl.h"
+#include "render/frame/view.h"
 
 #include <glm/glm.hpp>
 
@@ -23,7 +24,7 @@ enum class ColorFormat { none, bytes, words, red_float };
 
 // Color and depth to draw to.
 struct Target {
-  GLuint framebuffer = 0, color = 0, depth = 0;  // depth is a texture
+  GLuint framebuffer = 0, color = 0, depth = 0;  // textures
   int width = 0, height = 0;
   // What is kept of samples to be lit later, two words each, over the same depth; 0 until asked for.
   GLuint store_framebuffer = 0, store = 0;
@@ -82,6 +83,11 @@ class Device {
 
   // Gives the target of a role its store; contents are undefined.
   void add_store(Target& target);
+
+  // A part of samples on the processor (rows of `row` of them) into the same part of a target, and of the bound target back. Null: not
+  // these.
+  void upload(const Target& target, const PixelRect& part, int row, const std::uint8_t* colors, const float* depth);
+  void download(const PixelRect& part, int row, std::uint8_t* colors, float* depth);
 
   // Texture of pairs of floats, of a role, with linear filtering and clamped edges.
   GLuint texture_rg32f(const std::string& role, int width, int height, const float* values);

@@ -13,14 +13,6 @@
 namespace flexframe::render {
 namespace {
 
-// How the triangles to be seen wind: a pose that mirrors turns them over.
-Facing front(const Surface& s) {
-  if (s.two_sided) return Facing::any;
-  return glm::determinant(glm::dmat3(s.pose)) < 0.0 ? Facing::clockwise : Facing::counterclockwise;
-}
-
-int mark_of(std::size_t index) { return static_cast<int>(1 + index % 254); }
-
 // Surfaces that can be lit after all are drawn: their marks tell them apart, and no lines are drawn into them.
 constexpr std::size_t most_kept = 254;
 // Triangles of a picture from which on that is cheaper (bench_render: 20 % at 100 000, nothing at 5000).
@@ -29,44 +21,19 @@ constexpr std::size_t kept_from = 20000;
 // How much of a mapped colour's strength light may change: none where strength alone is the value, little where hues are alike.
 float light_share(Colormap map) { return map == Colormap::greys ? 0.0f : map == Colormap::cividis ? 0.09f : 0.42f; }
 
-// In the studio colours of values get no gloss at all: what would be multiplied by zero is left out of the shader.
-bool is_matt(const Surface& s, const Lighting& lighting) { return lighting.studio && !s.scalars.empty(); }
-
-// Light only modulates colour-mapped surfaces: the colours stay those of the scalar bar.
-void set_material(Program& program, const Surface& s, const Lighting& lighting, Colormap map) {
-  const bool mapped = !s.scalars.empty();
-  const float roughness = std::clamp(s.material.roughness, 0.08f, 1.0f),
-              metallic = mapped ? 0.0f : std::clamp(s.material.metallic, 0.0f, 1.0f);
-  // In the studio colours of values get less light and no gloss, so that they can be read back; other things more contrast.
-  const bool studio = lighting.studio;
-  const float share = !mapped  ? 1.0f
-                      : studio ? light_share(map)
-                               : 0.55f,
-              shine = !mapped  ? 1.0f
-                      : studio ? 0.0f
-                               : 0.35f,
-              alpha = roughness * roughness;
-  const glm::vec4 light = studio && !mapped ? glm::vec4(0.27f, 0.15f, 0.20f, 0.84f) : glm::vec4(0.46f, 0.16f, 0.16f, 0.62f);
-  const glm::vec4 diffuse(1.0f - share + share * light.x * lighting.ambient, share * light.y * lighting.ambient,
-                          share * light.z * lighting.ambient, share * light.w * lighting.key);
-  if (studio) {
-    // A soft box around the key light and a strip beside it: as wide and as faint as the surface is rough.
-    const float blur = glm::mix(0.12f, 1.0f, roughness);
-    program.set("boxes", glm::vec4(0.84f - 0.55f * blur, 1.0f / blur, 0.80f - 0.45f * blur, 1.0f / (0.7f * blur)));
-    program.set("box_strength", glm::mix(1.9f, 0.5f, roughness) * lighting.key);
-  }
-  program.set("base_color", linear_from_srgb(glm::clamp(s.material.color, 0.0f, 1.0f)));
-  program.set("diffuse_terms", (1.0f - metallic) * diffuse);
-  program.set("gloss",
-              glm::vec4(alpha, 0.5f / std::numbers::pi_v<float> * alpha * alpha, 0.9f * lighting.key * shine, lighting.ambient * shine));
-  program.set("mirror_terms", glm::vec3(0.5f / glm::mix(0.08f, 1.0f, roughness), std::max(1.0f - roughness, 0.04f), metallic));
+// Numbers of a material as the shader takes them.
+void set_material(Program& program, const MaterialTerms& m) {
+  program.set("boxes", m.boxes);
+  program.set("box_strength", m.box_strength);
+  program.set("base_color", m.base);
+  program.set("diffuse_terms", m.diffuse);
+  program.set("gloss", m.gloss);
+  program.set("mirror_terms", m.mirror);
 }
 
 // From values to the share of the map's range; where the fragment takes a length or a logarithm, there and not at the vertex.
 void set_scalars(Program& program, const ScalarMap& map, bool vectors, std::span<const std::uint32_t> colors, const ViewState& v) {
-  const double lower = map.logarithmic ? std::log2(map.lower) : map.lower, upper = map.logarithmic ? std::log2(map.upper) : map.upper;
-  const double range = upper - lower, slope = range != 0.0 ? 1.0 / range : 0.0;
-  const glm::vec2 scale(static_cast<float>(slope), static_cast<float>(range != 0.0 ? -lower * slope : 0.5));
+  const glm::vec2 scale = scalar_scale(map);
   const bool late = vectors || map.logarithmic;
   program.set("scalar_scale", late ? glm::vec2(1.0f, 0.0f) : scale);
   program.set("value_scale", scale);
@@ -83,6 +50,83 @@ glm::vec4 cut_plane(const Cut& cut, const glm::dmat4& pose) {
 }
 
 }  // namespace
+
+// In the studio colours of values get no gloss at all: what would be multiplied by zero is left out of the shader.
+bool is_matt(const Surface& s, const Lighting& lighting) { return lighting.studio && !s.scalars.empty(); }
+
+// Light only modulates colour-mapped surfaces: the colours stay those of the scalar bar.
+MaterialTerms material_terms(const Surface& s, const Lighting& lighting, Colormap map) {
+  const bool mapped = !s.scalars.empty();
+  const float roughness = std::clamp(s.material.roughness, 0.08f, 1.0f),
+              metallic = mapped ? 0.0f : std::clamp(s.material.metallic, 0.0f, 1.0f);
+  // In the studio colours of values get less light and no gloss, so that they can be read back; other things more contrast.
+  const bool studio = lighting.studio;
+  const float share = !mapped  ? 1.0f
+                      : studio ? light_share(map)
+                               : 0.55f,
+              shine = !mapped  ? 1.0f
+                      : studio ? 0.0f
+                               : 0.35f,
+              alpha = roughness * roughness;
+  const glm::vec4 light = studio && !mapped ? glm::vec4(0.27f, 0.15f, 0.20f, 0.84f) : glm::vec4(0.46f, 0.16f, 0.16f, 0.62f);
+  const glm::vec4 diffuse(1.0f - share + share * light.x * lighting.ambient, share * light.y * lighting.ambient,
+                          share * light.z * lighting.ambient, share * light.w * lighting.key);
+  MaterialTerms m;
+  if (studio) {
+    // A soft box around the key light and a strip beside it: as wide and as faint as the surface is rough.
+    const float blur = glm::mix(0.12f, 1.0f, roughness);
+    m.boxes = glm::vec4(0.84f - 0.55f * blur, 1.0f / blur, 0.80f - 0.45f * blur, 1.0f / (0.7f * blur));
+    m.box_strength = glm::mix(1.9f, 0.5f, roughness) * lighting.key;
+  }
+  m.base = linear_from_srgb(glm::clamp(s.material.color, 0.0f, 1.0f));
+  m.diffuse = (1.0f - metallic) * diffuse;
+  m.gloss = glm::vec4(alpha, 0.5f / std::numbers::pi_v<float> * alpha * alpha, 0.9f * lighting.key * shine, lighting.ambient * shine);
+  m.mirror = glm::vec3(0.5f / glm::mix(0.08f, 1.0f, roughness), std::max(1.0f - roughness, 0.04f), metallic);
+  return m;
+}
+
+ViewTerms view_terms(const Picture& p, const Surface& s, const ViewState& v) {
+  ViewTerms terms;
+  if (p.lighting.studio) {
+    // Across the key light, level.
+    const glm::vec3 side = glm::cross(v.up, v.to_light);
+    terms.side = glm::length(side) > 1e-3f ? glm::normalize(side) : glm::vec3(1.0f, 0.0f, 0.0f);
+    // A quarter more light where the view ends on the lamp's side; none of it where colours are values.
+    const glm::dvec2 samples(v.samples), lamp(v.to_light);
+    const double way = glm::length(lamp), strength = s.scalars.empty() && way > 1e-3 ? 0.25 : 0.0;
+    const glm::dvec2 slope = way > 1e-3 ? strength / (0.5 * std::max(samples.x, samples.y) * way) * lamp : glm::dvec2(0.0);
+    terms.falloff = glm::vec3(slope, 1.0 + glm::dot(slope, glm::dvec2(v.x, v.y) - 0.5 * samples));
+  }
+  // Towards the viewer, from a sample: minus the ray through it, for a perspective camera.
+  const double step = v.frame->orthographic ? 0.0 : v.frame->pixel / v.per_pixel;
+  terms.ray =
+      glm::vec4(-step, -step, step * (0.5 * static_cast<double>(v.samples.x) - v.x), step * (0.5 * static_cast<double>(v.samples.y) - v.y));
+  return terms;
+}
+
+glm::vec2 scalar_scale(const ScalarMap& map) {
+  const double lower = map.logarithmic ? std::log2(map.lower) : map.lower, upper = map.logarithmic ? std::log2(map.upper) : map.upper;
+  const double range = upper - lower, slope = range != 0.0 ? 1.0 / range : 0.0;
+  return {static_cast<float>(slope), static_cast<float>(range != 0.0 ? -lower * slope : 0.5)};
+}
+
+glm::dmat4 clip_from_surface(const Surface& s, const ViewState& v) {
+  // A ghost that hardly leaves its body stays behind it, wires lie on top: both without a fight for the nearer depth.
+  glm::dmat4 place = v.frame->view * s.pose;
+  // A layer is a fiftieth of a millimetre at a metre: beyond what depths are rounded by, far below a pixel. What is seen through solids is
+  // not hidden by itself, whoever worked out its depth.
+  const double pull = (v.hidden ? 1e-5 : !v.ghost ? 0.0 : s.wires ? 1e-3 : -2e-4) + 2e-5 * s.layer;
+  if (v.frame->orthographic) place[3].z += pull * (v.frame->far - v.frame->near);
+  else place = glm::scale(glm::dmat4(1.0), glm::dvec3(1.0 - pull)) * place;
+  return v.frame->clip * place;
+}
+
+Facing facing_of(const Surface& s) {
+  if (s.two_sided) return Facing::any;
+  return glm::determinant(glm::dmat3(s.pose)) < 0.0 ? Facing::clockwise : Facing::counterclockwise;
+}
+
+int mark_of(std::size_t index) { return static_cast<int>(1 + index % 254); }
 
 // An offset into the bound buffer, which OpenGL takes as a pointer.
 const void* offset_pointer(std::size_t offset) {
@@ -104,6 +148,14 @@ std::vector<std::uint32_t> color_steps_of(const ScalarMap& asked, int bits) {
 }
 
 void Painter::begin_opaque(const ViewState& v) {
+  continue_opaque(v);
+  const Gl& gl = device_.gl();
+  gl.ClearDepth(0.0);
+  gl.ClearColor(0.0f, 0.0f, 0.0f, 0.0f);
+  gl.Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+}
+
+void Painter::continue_opaque(const ViewState& v) {
   const Gl& gl = device_.gl();
   gl.Viewport(-v.x, -v.y, static_cast<GLsizei>(v.samples.x), static_cast<GLsizei>(v.samples.y));
   gl.Disable(GL_SCISSOR_TEST);
@@ -111,38 +163,44 @@ void Painter::begin_opaque(const ViewState& v) {
   gl.Enable(GL_DEPTH_TEST);
   gl.DepthFunc(GL_GREATER);
   gl.DepthMask(GL_TRUE);
-  gl.ClearDepth(0.0);
-  gl.ClearColor(0.0f, 0.0f, 0.0f, 0.0f);
-  gl.Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
 }
 
-// Opaque surfaces, nearest first so that hidden fragments are not shaded.
-void Painter::draw_opaque(const Picture& p, const Content& d, const ViewState& v) {
-  std::vector<std::size_t> order;
+PaintOrder order_opaque(const Picture& p, const Content& d, const ViewFrame& frame) {
+  PaintOrder order;
   std::vector<double> distance(d.surfaces.size(), 0.0);
   for (std::size_t i = 0; i < d.surfaces.size(); ++i)
     if (d.surfaces[i].opacity >= 1.0f && !d.boxes[i].empty()) {
-      order.push_back(i);
-      distance[i] = -(v.frame->view * d.surfaces[i].pose * glm::dvec4(d.boxes[i].centre(), 1.0)).z;
+      order.all.push_back(i);
+      distance[i] = -(frame.view * d.surfaces[i].pose * glm::dvec4(d.boxes[i].centre(), 1.0)).z;
     }
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return distance[a] < distance[b]; });
-  std::vector<std::size_t> kept, lit;
+  std::stable_sort(order.all.begin(), order.all.end(), [&](std::size_t a, std::size_t b) { return distance[a] < distance[b]; });
+  for (const std::size_t i : order.all) {
+    const Surface& s = d.surfaces[i];
+    const bool lined = s.edges || (p.cut && s.cut) || (p.scalar_map.isolines > 1 && !s.scalars.empty());
+    (lined ? order.lined : order.plain).push_back(i);
+  }
+  return order;
+}
+
+void Painter::draw_opaque(const Picture& p, const Content& d, const ViewState& v) {
+  const PaintOrder order = order_opaque(p, d, *v.frame);
   std::size_t triangles = 0;
-  for (const std::size_t i : order) {
-    const bool lined = d.surfaces[i].edges || (p.cut && d.surfaces[i].cut) || (p.scalar_map.isolines > 1 && !d.surfaces[i].scalars.empty());
-    (lined ? lit : kept).push_back(i);
-    triangles += lined ? 0 : d.surfaces[i].triangles.size();
+  for (const std::size_t i : order.plain) triangles += d.surfaces[i].triangles.size();
+  if (!v.target || triangles < kept_from || d.surfaces.size() > most_kept) {
+    draw_surfaces(p, d, order.all, v);
+    return;
   }
-  if (v.target && triangles >= kept_from && d.surfaces.size() <= most_kept) {
-    const Gl& gl = device_.gl();
-    device_.add_store(*v.target);
-    gl.BindFramebuffer(GL_FRAMEBUFFER, v.target->store_framebuffer);
-    for (const std::size_t i : kept) draw_surface(d.surfaces[i], p, v, mark_of(i), true);
-    gl.BindFramebuffer(GL_FRAMEBUFFER, v.target->framebuffer);
-    light_kept(p, d, kept, v);
-    order = lit;
-  }
-  for (const std::size_t i : order) draw_surface(d.surfaces[i], p, v, mark_of(i));
+  const Gl& gl = device_.gl();
+  device_.add_store(*v.target);
+  gl.BindFramebuffer(GL_FRAMEBUFFER, v.target->store_framebuffer);
+  for (const std::size_t i : order.plain) draw_surface(d.surfaces[i], p, v, mark_of(i), true);
+  gl.BindFramebuffer(GL_FRAMEBUFFER, v.target->framebuffer);
+  light_kept(p, d, order.plain, v);
+  draw_surfaces(p, d, order.lined, v);
+}
+
+void Painter::draw_surfaces(const Picture& p, const Content& d, const std::vector<std::size_t>& which, const ViewState& v) {
+  for (const std::size_t i : which) draw_surface(d.surfaces[i], p, v, mark_of(i));
 }
 
 // One pass a material, over the rectangle of its surfaces; samples where nothing is drawn fail the depth test.
@@ -210,21 +268,11 @@ void Painter::set_view(Program& program, const Picture& p, const Surface& s, con
   const Gl& gl = device_.gl();
   program.set("to_light", v.to_light);
   program.set("up", v.up);
-  if (p.lighting.studio) {
-    // Across the key light, level.
-    const glm::vec3 side = glm::cross(v.up, v.to_light);
-    program.set("side", glm::length(side) > 1e-3f ? glm::normalize(side) : glm::vec3(1.0f, 0.0f, 0.0f));
-    // A quarter more light where the view ends on the lamp's side; none of it where colours are values.
-    const glm::dvec2 samples(v.samples), lamp(v.to_light);
-    const double way = glm::length(lamp), strength = s.scalars.empty() && way > 1e-3 ? 0.25 : 0.0;
-    const glm::dvec2 slope = way > 1e-3 ? strength / (0.5 * std::max(samples.x, samples.y) * way) * lamp : glm::dvec2(0.0);
-    program.set("falloff", glm::vec3(slope, 1.0 + glm::dot(slope, glm::dvec2(v.x, v.y) - 0.5 * samples)));
-  }
-  set_material(program, s, p.lighting, p.scalar_map.colormap);
-  // Towards the viewer, from a sample: minus the ray through it, for a perspective camera.
-  const double step = v.frame->orthographic ? 0.0 : v.frame->pixel / v.per_pixel;
-  program.set("ray", glm::vec4(-step, -step, step * (0.5 * static_cast<double>(v.samples.x) - v.x),
-                               step * (0.5 * static_cast<double>(v.samples.y) - v.y)));
+  const ViewTerms terms = view_terms(p, s, v);
+  program.set("side", terms.side);
+  program.set("falloff", terms.falloff);
+  program.set("ray", terms.ray);
+  set_material(program, material_terms(s, p.lighting, p.scalar_map.colormap));
   if (!v.light || v.ghost) return;
   const glm::dmat4 light_from_view = v.light->map_from_world * glm::inverse(v.frame->view);
   program.set("light_from_view", glm::mat4(light_from_view));
@@ -303,7 +351,7 @@ void Painter::draw_triangles(std::span<const glm::uvec3> triangles) {
 
 void Painter::draw_surface(const Surface& s, const Picture& p, const ViewState& v, int mark, bool keep) {
   const glm::dmat4 view_from_surface = v.frame->view * s.pose;
-  const Facing facing = front(s);
+  const Facing facing = facing_of(s);
   const std::span<const glm::uvec3> triangles = visible_.select(s.positions, s.triangles, v.frame->clip * view_from_surface,
                                                                 static_cast<int>(v.samples.x), static_cast<int>(v.samples.y), facing);
   if (triangles.empty()) return;
@@ -335,13 +383,7 @@ void Painter::draw_surface(const Surface& s, const Picture& p, const ViewState& 
   Program& program = device_.program(ShaderKind::surface, switches);
   program.use();
   program.set("view_from_surface", glm::mat4(view_from_surface));
-  // A ghost that hardly leaves its body stays behind it, wires lie on top: both without a fight for the nearer depth.
-  glm::dmat4 place = view_from_surface;
-  // A layer is a fiftieth of a millimetre at a metre: beyond what depths are rounded by, far below a pixel.
-  const double pull = (!v.ghost ? 0.0 : s.wires ? 1e-3 : -2e-4) + 2e-5 * s.layer;
-  if (v.frame->orthographic) place[3].z += pull * (v.frame->far - v.frame->near);
-  else place = glm::scale(glm::dmat4(1.0), glm::dvec3(1.0 - pull)) * place;
-  program.set("clip_from_surface", glm::mat4(v.frame->clip * place));
+  program.set("clip_from_surface", glm::mat4(clip_from_surface(s, v)));
   const double scale = std::cbrt(std::abs(glm::determinant(glm::dmat3(s.pose))));
   program.set("view_normal", glm::mat3(glm::dmat3(view_from_surface) / (scale > 0.0 ? scale : 1.0)));
   set_view(program, p, s, v);

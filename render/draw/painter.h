@@ -34,16 +34,47 @@ struct ViewState {
 // The colour map as the shader looks it up, color_steps entries and one for what is no number.
 std::vector<std::uint32_t> color_steps_of(const ScalarMap& map, int bits);
 
+// What the light on a surface follows from, the same for all its fragments: see the uniforms of these names in shaders.cpp.
+struct MaterialTerms {
+  glm::vec3 base{0.0f};  // linear
+  glm::vec4 diffuse{0.0f}, gloss{0.0f};
+  glm::vec3 mirror{0.0f};
+  glm::vec4 boxes{0.0f};  // these two of the studio only
+  float box_strength = 0.0f;
+};
+struct ViewTerms {
+  glm::vec3 side{0.0f}, falloff{0.0f};  // of the studio only
+  glm::vec4 ray{0.0f};
+};
+MaterialTerms material_terms(const Surface& surface, const Lighting& lighting, Colormap map);
+ViewTerms view_terms(const Picture& picture, const Surface& surface, const ViewState& view);
+bool is_matt(const Surface& surface, const Lighting& lighting);
+// Slope and offset from values, or their logarithms, to shares of the map's range.
+glm::vec2 scalar_scale(const ScalarMap& map);
+glm::dmat4 clip_from_surface(const Surface& surface, const ViewState& view);
+// How the triangles to be seen wind: a pose that mirrors turns them over.
+Facing facing_of(const Surface& surface);
+int mark_of(std::size_t index);
+
+// Indices of opaque surfaces, nearest first: all, those with lines, caps or isolines in them, the others.
+struct PaintOrder {
+  std::vector<std::size_t> all, lined, plain;
+};
+PaintOrder order_opaque(const Picture& picture, const Content& content, const ViewFrame& frame);
+
 class Painter {
  public:
   explicit Painter(Device& device) : device_(device) {}
 
   // Depth test and clearing for opaque things; the target must be bound.
   void begin_opaque(const ViewState& view);
+  // The same without clearing: something is there already.
+  void continue_opaque(const ViewState& view);
 
   // Opaque surfaces, nearest first so that hidden fragments are not shaded; the alpha byte carries mark_of(index).
   // Of fine meshes only what is seen gets lit: many small triangles touch a block of samples that OpenGL then shades anew for each.
   void draw_opaque(const Picture& picture, const Content& content, const ViewState& view);
+  void draw_surfaces(const Picture& picture, const Content& content, const std::vector<std::size_t>& which, const ViewState& view);
   // What solid surfaces hide of surfaces, lines and markers that are seen through them, blended over what hides it.
   void draw_hidden(const Picture& picture, const Content& content, const ViewState& view);
   // Opaque lines and markers.

@@ -4,6 +4,7 @@
 #include "render/draw/occlusion.h"
 #include "render/draw/painter.h"
 #include "render/draw/resolve.h"
+#include "render/draw/shading.h"
 #include "render/frame/backdrop.h"
 #include "render/frame/camera.h"
 #include "render/frame/overlay.h"
@@ -90,9 +91,12 @@ struct Renderer::Impl {
     bool operator==(const BackdropKey&) const = default;
   } backdrop_key;
   Image backdrop;
-  bool grid_seen = false;  // its lines: what they are apart is told only then
-  Samples samples;         // memory of the last picture's: to fill it with zeros for each would cost as much as to read them back
-  CasterDepth casters;     // likewise
+  bool grid_seen = false;     // its lines: what they are apart is told only then
+  Samples samples;            // memory of the last picture's: to fill it with zeros for each would cost as much as to read them back
+  CasterDepth casters;        // likewise
+  Raster raster;              // likewise
+  ShadowMoments moments;      // of the view that is drawn
+  bool on_processor = false;  // Solids::fastest, and OpenGL is software
   PlotCache plots;
 
   // Colour map last used.
@@ -251,8 +255,7 @@ struct Renderer::Impl {
     light = make_light(to_light, lit);
     const ShadowMap map = draw_shadow_map(d, light);
     const double softness = 0.018 * lit.radius();
-    const ShadowMoments moments = filter_shadow(map, light, softness);
-    v.shadow = device.texture_rg32f("shadow", moments.width, moments.height, moments.values.data());
+    moments = filter_shadow(map, light, softness);
     v.shadow_part = glm::vec4(double(filtered_size) / moments.width, double(filtered_size) / moments.height,
                               -double(moments.x) / moments.width, -double(moments.y) / moments.height);
     v.light = &light;
@@ -263,8 +266,6 @@ struct Renderer::Impl {
 
   // Colours, and depths where they are needed, of the opaque things in the used part of a view (samples of it).
   void draw_samples(const Drawing& drawing, const ViewFrame& frame, const PixelRect& used, ViewState& v) {
-    const Picture& p = drawing.picture;
-    const Gl& gl = device.gl();
     const int n = drawing.per_pixel;
     const int x0 = used.x / n, y0 = used.y / n, x1 = (used.x + used.width + n - 1) / n, y1 = (used.y + used.height + n - 1) / n;
     v.x = x0 * n;
@@ -273,9 +274,65 @@ struct Renderer::Impl {
     samples.width = (x1 - x0) * n;
     samples.height = (y1 - y0) * n;
     samples.per_pixel = n;
+    samples.fine.clear();
+    if (on_processor && !drawing.linear) draw_on_processor(drawing, v);
+    else draw_by_opengl(drawing, v);
+  }
+
+  void upload_shadow(ViewState& v) {
+    if (v.light) v.shadow = device.texture_rg32f("shadow", moments.width, moments.height, moments.values.data());
+  }
+
+  // Solid surfaces here; what has lines in it, lines, markers and shells by OpenGL, in the part of the view where they are.
+  void draw_on_processor(const Drawing& drawing, ViewState& v) {
+    const Picture& p = drawing.picture;
+    const Content& d = drawing.content;
+    PaintOrder order = order_opaque(p, d, *v.frame);
+    raster.start(samples, v.x, v.y, static_cast<int>(v.samples.x), static_cast<int>(v.samples.y));
+    for (const std::size_t i : order.plain)
+      if (!raster.add(d.surfaces[i], mark_of(i), clip_from_surface(d.surfaces[i], v), facing_of(d.surfaces[i]))) order.lined.push_back(i);
+    shade(raster, p, v, moments, samples);
+    lap(times.draw);
+
+    std::vector<bool> rest(d.surfaces.size(), false);
+    bool solid = !p.lines.empty() || !p.markers.empty() || !order.lined.empty(), any = solid;
+    for (const std::size_t i : order.lined) rest[i] = true;
+    for (std::size_t i = 0; i < d.surfaces.size(); ++i) {
+      const bool shell = d.surfaces[i].opacity < 1.0f && d.surfaces[i].opacity > 0.0f, through = d.surfaces[i].seen_through > 0.0f;
+      if (shell || through) rest[i] = any = true;
+      solid = solid || (through && !shell);
+    }
+    if (!any) return;
+    PixelRect part = covered(d, p, *v.frame, drawing.per_pixel, v.unit, rest);
+    const int right = std::min(part.x + part.width - v.x, samples.width), top = std::min(part.y + part.height - v.y, samples.height);
+    part.x = std::max(part.x - v.x, 0);
+    part.y = std::max(part.y - v.y, 0);
+    part.width = right - part.x;
+    part.height = top - part.y;
+    if (part.width < 1 || part.height < 1) return;
+    v.target = &device.target("main", samples.width, samples.height, ColorFormat::bytes);
+    device.upload(*v.target, part, samples.width, solid ? samples.colors.data() : nullptr, samples.depth.data());
+    if (!solid) return;
+    if (!order.lined.empty()) upload_shadow(v);
+    painter.continue_opaque(v);
+    painter.draw_surfaces(p, d, order.lined, v);
+    if (!p.lines.empty() || !p.markers.empty()) painter.draw_symbols(p, v);
+    painter.draw_hidden(p, d, v);
+    device.gl().Finish();
+    lap(times.draw);
+    device.gl().BindFramebuffer(GL_FRAMEBUFFER, v.target->framebuffer);
+    device.download(part, samples.width, samples.colors.data(), samples.depth.data());
+    lap(times.filter);
+  }
+
+  void draw_by_opengl(const Drawing& drawing, ViewState& v) {
+    const Picture& p = drawing.picture;
+    const Gl& gl = device.gl();
     Target& opaque = drawing.linear ? device.target("linear", samples.width, samples.height, ColorFormat::words)
                                     : device.target("main", samples.width, samples.height, ColorFormat::bytes);
     v.target = &opaque;
+    upload_shadow(v);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, opaque.framebuffer);
     painter.begin_opaque(v);
     painter.draw_opaque(p, drawing.content, v);
     if (!p.lines.empty() || !p.markers.empty()) painter.draw_symbols(p, v);
@@ -293,7 +350,8 @@ struct Renderer::Impl {
       gl.ReadPixels(0, 0, samples.width, samples.height, GL_RGBA, GL_UNSIGNED_BYTE, samples.colors.data());
     }
     lap(times.filter);
-    if (!p.look.occlusion && !drawing.outlines) return;
+    const bool pointed = std::any_of(p.labels.begin(), p.labels.end(), [](const Label& l) { return l.leader; });
+    if (!p.look.occlusion && !drawing.outlines && !pointed) return;
     samples.depth.resize(std::size_t(samples.width) * samples.height);
     gl.ReadPixels(0, 0, samples.width, samples.height, GL_DEPTH_COMPONENT, GL_FLOAT, samples.depth.data());
   }
@@ -303,8 +361,6 @@ struct Renderer::Impl {
     const Picture& p = drawing.picture;
     const int n = drawing.per_pixel, side = 3 * n;
     std::vector<bool> hidden(p.labels.size(), false);
-    std::vector<float> depths(std::size_t(side) * side);
-    device.gl().BindFramebuffer(GL_FRAMEBUFFER, v.target->framebuffer);
     for (std::size_t i = 0; i < p.labels.size(); ++i) {
       glm::dvec2 at;
       if (!p.labels[i].leader || !project(frame, p.labels[i].point, at)) continue;
@@ -312,11 +368,14 @@ struct Renderer::Impl {
       const int x = static_cast<int>(std::floor(at.x) - frame.area.x - 1) * n - v.x,
                 y = (frame.area.height - static_cast<int>(std::floor(at.y) - frame.area.y) - 2) * n - v.y;
       if (x < 0 || y < 0 || x + side > samples.width || y + side > samples.height) continue;
-      device.gl().ReadPixels(x, y, side, side, GL_DEPTH_COMPONENT, GL_FLOAT, depths.data());
       // A hundredth of the scene: a point on a rim, or a face seen at a slant, does not hide itself.
       const double before = away - 0.01 * drawing.radius;
-      hidden[i] =
-          std::all_of(depths.begin(), depths.end(), [&](float z) { return z > 0.0f && frame.distance(static_cast<double>(z)) < before; });
+      hidden[i] = true;
+      for (int j = 0; j < side; ++j)
+        for (int k = 0; k < side; ++k) {
+          const float z = samples.depth[std::size_t(y + j) * samples.width + x + k];
+          hidden[i] = hidden[i] && z > 0.0f && frame.distance(static_cast<double>(z)) < before;
+        }
     }
     return hidden;
   }
@@ -355,7 +414,8 @@ struct Renderer::Impl {
       occlusion =
           compute_occlusion(samples, frame, ground.visible ? &ground : nullptr, 0.10 * drawing.radius, p.lighting.studio ? 3.2 : 2.2);
     if (drawing.outlines) draw_silhouettes(samples, drawing.outlined, std::max(1, static_cast<int>(std::lround(1.1 * v.unit))));
-    const std::vector<GhostLayer> ghosts = draw_ghosts(p, drawing.content, v, *v.target);
+    std::vector<GhostLayer> ghosts;
+    if (v.target) ghosts = draw_ghosts(p, drawing.content, v, *v.target);
     lap(times.draw);
 
     darken_backdrop(image, frame.area, shade, ground.visible ? occlusion : Mask{});
@@ -485,12 +545,13 @@ struct Renderer::Impl {
   }
 };
 
-Renderer::Renderer(Backend backend) {
+Renderer::Renderer(Backend backend, Solids solids) {
   refuse_fork();
   note_threads();
   impl_ = std::make_unique<Impl>(backend == Backend::osmesa ? create_osmesa_context() : create_egl_context());
   const Gl& gl = impl_->device.gl();
   const auto text = [&](GLenum name) { return std::string(reinterpret_cast<const char*>(gl.GetString(name))); };
+  impl_->on_processor = solids == Solids::fastest && text(GL_RENDERER).starts_with("llvmpipe");
   impl_->info = {backend == Backend::osmesa ? "osmesa" : "egl", text(GL_RENDERER), text(GL_VERSION), cpu_features()};
 }
 

@@ -16,9 +16,13 @@
 namespace flexframe::render {
 
 // Goes up whenever the same picture gives other pixels than before: files drawn by an older program are no longer current.
-constexpr int drawing_version = 5;
+constexpr int drawing_version = 6;
 
 enum class Backend { osmesa, egl };
+
+// Who draws solid surfaces: this program itself where OpenGL is llvmpipe, which is slower at it (lines, markers, shells, surfaces with
+// lines, isolines or a cut are OpenGL's there too); or OpenGL all of it, as on a graphics card. The pictures agree within compare's limits.
+enum class Solids { fastest, opengl };
 
 // Throws ArgumentError for another name than osmesa, egl.
 Backend backend_from_name(const std::string& name);
@@ -48,7 +52,7 @@ struct VectorFile {
 class Renderer {
  public:
   // Throws DrawError if the back end or OpenGL 4.5 core is not to be had, naming what was tried.
-  explicit Renderer(Backend backend = Backend::osmesa);
+  explicit Renderer(Backend backend = Backend::osmesa, Solids solids = Solids::fastest);
   ~Renderer();
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;
