@@ -35,9 +35,10 @@ picture() {
     blender -b --factory-startup -P "$here/blender_picture.py" -- "$work/$name.npz" "$here/blender/$name.png" >/dev/null
 }
 
-# template NAME: a scene that the program itself makes.
+# template NAME TITLE: a scene that the program itself makes.
 template() {
   (cd "$work" && [[ -f $1.toml ]] || "$flexframe" new "$1" -t "$1" -q >/dev/null)
+  sed -i "s/^title = .*/title = \"$2\"/" "$work/$1.toml"
   echo "$work/$1.toml"
 }
 cd "$work"
@@ -59,8 +60,9 @@ $'section = { point = [0, 0, 0], normal = [0, 0, 1] }\n'\
 $'camera = { direction = [-0.35, -0.3, -1] }'
 picture 04_conrod "$here/../engine.toml" 96 \
   $'speed = 0.1\ncolor_by = "displacement"\nscales = [1]\njoints = false\nextremes = true\ncolor_range = [0, 4.3e-7]'
-picture 05_strip "$here/../beams/strip.toml" 40 $'color_by = "displacement"\nscales = [1]\nground = false\n'\
-$'camera = { direction = [-0.35, -0.12, -1], window = [0.39, 0.41] }\n'\
+picture 05_strip "$here/../beams/strip.toml" 34 $'color_by = "displacement"\nscales = [1]\ntrail = 14\nspeed = 0.1\n'\
+$'color_range = { window = [0, 0.35], percentile = 100 }\n'\
+$'camera = { direction = [-0.42, -0.16, -1], window = [0, 0.35] }\n'\
 $'insets = [{ at = "strip.tip", zoom = 8, corner = "upper right", label = "tip" }]'
 picture 06_blade "$work/blade_colours.toml" 25 $'color_by = "displacement"\nscales = [1, 10]\n'\
 $'color_range = { window = [3.7, 3.77], percentile = 100 }\n'\
@@ -69,15 +71,16 @@ picture 07_buckling "$here/../beams/buckling.toml" 99 \
   $'color_by = "displacement"\nscales = [1]\ncolormap = "cividis"\nextremes = true\n'\
 $'camera = { direction = [0.25, -0.16, -1], window = [9.8, 9.9] }\noverlay = { plot = ["middle.y"] }'
 picture 08_rollup "$here/../beams/rollup.toml" 45 $'color_by = "stress"\nscales = [1]\ntrail = 6\ncamera = { window = [3.5, 4.1] }'
-picture 09_rotor "$(template rotor)" 60 \
+picture 09_rotor "$(template rotor "Rotor on its shaft")" 60 \
   $'color_by = "stress"\nscales = [1]\njoints = false\ncolor_range = { window = [0.29, 0.31], percentile = 100 }\nextremes = true'
-picture 10_fe_body "$(template fe-body)" 30 \
-  $'color_by = "displacement"\nscales = "auto"\nextremes = true\ncolor_range = { window = [0.08, 0.1] }'
-picture 11_suspension "$(template suspension)" 35 $'color_by = "body"\nlook = "presentation"\n'\
+picture 10_fe_body "$(template fe-body "Finite element body with an end mass")" 30 \
+  $'color_by = "displacement"\nscales = "auto"\nextremes = true\ncolor_range = { window = [0.0899, 0.0901], percentile = 100 }'
+picture 11_suspension "$(template suspension "Double wishbone over a bump")" 35 $'color_by = "body"\nlook = "presentation"\n'\
 $'camera = { direction = [0.55, -0.3, 1], window = [0.69, 0.71] }'
-picture 12_robot "$(template robot-arm)" 55 $'color_by = "none"\nlook = "presentation"\nforces = true\ncamera = { window = [1.1, 1.1] }' z
+picture 12_robot "$(template robot-arm "Robot arm")" 55 $'color_by = "none"\nlook = "presentation"\nforces = true\ncamera = { window = [1.1, 1.1] }' z
 picture 13_mems "$here/mems.toml" 80 $'color_by = "stress"\nscales = [1]\nforces = true'
-picture 14_crane "$here/crane.toml" 6 $'color_by = "stress"\nscales = [1, 5]\nforces = true\ncamera = { window = [0.6, 0.8] }'
+picture 14_crane "$here/crane.toml" 6 $'color_by = "stress"\nscales = [1, 5]\nforces = true\n'\
+$'camera = { window = [0.6, 0.8], direction = [-0.35, -0.12, -1] }'
 picture 15_views "$here/../mechanisms/governor.toml" 20 $'color_by = "none"\ncamera = { views = ["front", "side", "top", "iso"] }' z
 picture 16_print "$here/../mechanisms/peaucellier.toml" 20 \
   $'look = "print"\ncolor_by = "none"\ncamera = { preset = "plane", window = [0.15, 0.25] }'
