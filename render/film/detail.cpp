@@ -151,7 +151,52 @@ bool stands_for_all(const DetailLevel& level, std::span<const glm::vec3> positio
 
 }  // namespace
 
-std::vector<DetailLevel> make_levels(std::span<const glm::vec3> rest, std::span<const glm::uvec3> triangles) {
+namespace {
+
+using Triangles = std::vector<glm::uvec3>;
+
+Triangles simplify(const Triangles& all, std::span<const glm::vec3> points, std::size_t wanted, unsigned options) {
+  Triangles out(all.size());
+  const std::size_t left = meshopt_simplify(&out[0].x, &all[0].x, 3 * all.size(), &points[0].x, points.size(), sizeof(glm::vec3),
+                                            3 * wanted, 1.0f, options, nullptr);
+  out.resize(left / 3);
+  return out;
+}
+
+// Of large meshes piece by piece, each with its rim as it is: a piece fits the cache. Pieces are triangles that follow each other, as
+// meshers write neighbours; where they do not, rims are all there is and too many triangles stay.
+Triangles simplify_pieces(const Triangles& all, std::span<const glm::vec3> points, std::size_t share) {
+  constexpr std::size_t piece = 1 << 16;
+  Triangles out;
+  std::vector<std::uint32_t> local(points.size(), ~0u);
+  std::vector<std::uint32_t> original;
+  std::vector<glm::vec3> corners;
+  for (std::size_t first = 0; first < all.size(); first += piece) {
+    interp::look();
+    Triangles part(all.begin() + static_cast<std::ptrdiff_t>(first),
+                   all.begin() + static_cast<std::ptrdiff_t>(std::min(all.size(), first + piece)));
+    original.clear();
+    corners.clear();
+    for (glm::uvec3& t : part)
+      for (int k = 0; k < 3; ++k) {
+        std::uint32_t& index = local[t[k]];
+        if (index == ~0u) {
+          index = static_cast<std::uint32_t>(original.size());
+          original.push_back(t[k]);
+          corners.push_back(points[t[k]]);
+        }
+        t[k] = index;
+      }
+    for (const std::uint32_t p : original) local[p] = ~0u;
+    for (const glm::uvec3& t : simplify(part, corners, part.size() / share, meshopt_SimplifyLockBorder))
+      out.emplace_back(original[t.x], original[t.y], original[t.z]);
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<DetailLevel> make_levels(std::span<const glm::vec3> rest, std::span<const glm::uvec3> triangles, std::size_t pieces_from) {
   std::vector<DetailLevel> levels;
   const std::vector<int> place = render::weld_equal(rest);
   std::vector<glm::uvec3> all(triangles.begin(), triangles.end());
@@ -167,10 +212,9 @@ std::vector<DetailLevel> make_levels(std::span<const glm::vec3> rest, std::span<
     }
     interp::look();
     DetailLevel level;
-    level.triangles.resize(all.size());
-    const std::size_t left = meshopt_simplify(&level.triangles[0].x, &all[0].x, 3 * all.size(), &waved[0].x, waved.size(),
-                                              sizeof(glm::vec3), triangles.size() / share * 3, 1.0f, 0, nullptr);
-    level.triangles.resize(left / 3);
+    const std::size_t wanted = triangles.size() / share;
+    if (all.size() > pieces_from) level.triangles = simplify_pieces(all, waved, all.size() / wanted);
+    if (level.triangles.empty() || 2 * level.triangles.size() > 3 * wanted) level.triangles = simplify(all, waved, wanted, 0);
     // What does not pay.
     if (level.triangles.empty() || 3 * level.triangles.size() > 2 * all.size()) break;
     if (!add_left_out(rest, place, side, level)) break;

@@ -30,8 +30,10 @@ struct DetailLevel {
 inline constexpr std::size_t detail_from = 300000;
 
 // Of a mesh of points (two or more may lie at one place: creases) at rest: an eighth and a 64th of the triangles, coarsest first; empty
-// where that cannot be had. Bits do not depend on threads.
-std::vector<DetailLevel> make_levels(std::span<const glm::vec3> rest, std::span<const glm::uvec3> triangles);
+// where that cannot be had. Bits do not depend on threads. pieces_from: triangles from which on the finer of the two is made piece by
+// piece.
+std::vector<DetailLevel> make_levels(std::span<const glm::vec3> rest, std::span<const glm::uvec3> triangles,
+                                     std::size_t pieces_from = 2000000);
 
 // Metres across which nothing is seen: half a pixel of the finest of a picture's views and insets, where it shows the nearest of these
 // points; 0 where one lies behind a viewer.

@@ -1,5 +1,6 @@
 // Fewer triangles of meshes finer than pixels: what is left out lies within what was asked, at rest, bent and coloured.
 #include "render/film/detail.h"
+#include "render/picture/adjacency.h"
 #include "tests/unit/render_solids.h"
 
 #include <gtest/gtest.h>
@@ -7,6 +8,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <utility>
 #include <vector>
 
 namespace flexframe::film {
@@ -60,6 +63,28 @@ TEST(Detail, StandsForTheBentTube) {
   }
   // Finer than the mesh itself is: all of it.
   EXPECT_EQ(fitting_level(levels, bent(shape.positions, 1.0), true, 1e-7, {}, 0.0), nullptr);
+}
+
+// Piece by piece: no rim opens, no fewer triangles are left out, and they lie as near.
+TEST(Detail, PiecesHaveNoGaps) {
+  const render::Shape shape = tube(320000);
+  const std::vector<DetailLevel> whole = make_levels(shape.positions, shape.triangles),
+                                 pieces = make_levels(shape.positions, shape.triangles, 100000);
+  ASSERT_EQ(pieces.size(), 2u);
+  for (const std::size_t i : {0u, 1u}) {
+    EXPECT_LT(pieces[i].triangles.size(), 1.2 * static_cast<double>(whole[i].triangles.size()));
+    EXPECT_LT(pieces[i].away, 1.5 * whole[i].away);
+    // Every edge of the closed tube has two sides; the same place may have several vertices.
+    const std::vector<int> place = render::weld_equal(std::span<const glm::vec3>(shape.positions));
+    std::map<std::pair<int, int>, int> sides;
+    for (const glm::uvec3& t : pieces[i].triangles)
+      for (int k = 0; k < 3; ++k) {
+        const int a = place[t[k]], b = place[t[(k + 1) % 3]];
+        sides[{std::min(a, b), std::max(a, b)}] += a < b ? 1 : -1;
+      }
+    EXPECT_TRUE(std::all_of(sides.begin(), sides.end(), [](const auto& edge) { return edge.second == 0; }));
+  }
+  EXPECT_NE(pieces[1].triangles, whole[1].triangles);
 }
 
 // A kink that the shape at rest knows nothing of, and colours that change between two vertices.
