@@ -619,7 +619,10 @@ void join_faces(Graph& graph, const Weld& weld, const Points& nodes, const Point
       for (int k = 0; k < 3; ++k) {
         const int v = weld.triangles(t, k), w = weld.triangles(t, (k + 1) % 3);
         for (const auto& [to, from] : {std::pair(v, w), std::pair(w, v)}) {
-          const double length = (weld.positions.row(to) - weld.positions.row(from)).norm();
+          const Vec3 d = (weld.positions.row(to) - weld.positions.row(from)).transpose(), half = known.row(from).transpose();
+          const double length = d.norm();
+          // One on the other face, across the rim, looks the other way.
+          if (d.dot(half) < -half.squaredNorm()) continue;
           if (was_smooth(to) || known.row(to).squaredNorm() > 0.0 || !(known.row(from).squaredNorm() > 0.0) || length >= nearest[to])
             continue;
           nearest[to] = length;
