@@ -7,6 +7,7 @@
 
 #include "interp/disk_cache.h"
 #include "interp/hash.h"
+#include "interp/known.h"
 
 #include <fmt/format.h>
 
@@ -146,7 +147,7 @@ CachedModes cached_modes(const Nodes& nodes, const MeshView& mesh, const Options
       out = {};
     }
   }
-  const Map map = make_map(nodes, mesh, options);
+  const Map map = make_map_for(nodes, mesh, options, {shapes, nodes.rotations ? turns : Eigen::MatrixXd(), true});
   out.columns = map_modes(map, shapes, turns);
   out.doubt = doubt_modes(map, mesh, shapes, turns, out.columns);
   out.report = map.report;

@@ -1,5 +1,6 @@
 #include "interp/map.h"
 
+#include "interp/compare.h"
 #include "interp/dense_solvers.h"
 #include "interp/elastic.h"
 #include "interp/graph.h"
@@ -25,7 +26,7 @@
 namespace flexframe::interp {
 namespace {
 
-constexpr int elastic_nodes = 40, thin_nodes = 100, elastic_vertices = 12000, lattice_sources = 1500;
+constexpr int elastic_nodes = 40, thin_nodes = 100, most_elastic_nodes = 200, elastic_vertices = 12000, lattice_sources = 1500;
 
 constexpr std::array<std::pair<Scheme, std::string_view>, 7> scheme_names{{{Scheme::automatic, "auto"},
                                                                            {Scheme::kernel, "kernel"},
@@ -52,6 +53,15 @@ void check_input(const Nodes& nodes, const MeshView& mesh) {
     throw InputError(fmt::format("a triangle refers to vertex {}, the mesh has {}",
                                  mesh.triangles.minCoeff() < 0 ? mesh.triangles.minCoeff() : mesh.triangles.maxCoeff(),
                                  mesh.vertices.rows()));
+}
+
+void check_motions(const Nodes& nodes, const NodeMotions& known) {
+  const Eigen::Index n = known.displacement.cols(), rows = 3 * nodes.positions.rows();
+  if (n == 0) return;
+  if (known.displacement.rows() != rows || (nodes.rotations && (known.rotation.rows() != rows || known.rotation.cols() != n)))
+    throw InputError(fmt::format("known motions of {} nodes need {} rows, of displacements{}, found {}", nodes.positions.rows(), rows,
+                                 nodes.rotations ? " and of rotations alike" : "", known.displacement.rows()));
+  if (!known.displacement.allFinite() || !known.rotation.allFinite()) throw InputError("a known motion of the nodes is not finite");
 }
 
 struct Box {
@@ -267,7 +277,8 @@ std::string thin_reason(const Points& nodes, const Weld& weld, const Graph& grap
 
 // Kernel or elastic, and why. Limits measured on the con rod (examples/accuracy-interp): with 20 nodes the elastic surface has half
 // the error of the kernel, with 50 four fifths at 70 times the set-up; its factorisation stays near a second up to 12000 vertices.
-void choose_scheme(Map& map, const Weld& weld, const Graph& graph) {
+// True: the kernel is chosen for its cost alone, the elastic surface may serve better.
+bool choose_scheme(Map& map, const Weld& weld, const Graph& graph) {
   const int count = graph.nodes, vertices = graph.vertices;
   const Vec3 centre = weld.positions.colwise().mean().transpose();
   const Points local = weld.positions.rowwise() - centre.transpose();
@@ -295,6 +306,8 @@ void choose_scheme(Map& map, const Weld& weld, const Graph& graph) {
     report.reason = thin.empty() ? fmt::format("{} nodes are sparse (up to {}): elastic surface", count, elastic_nodes)
                                  : fmt::format("{} nodes on {} (up to {}): elastic surface", count, thin, thin_nodes);
   }
+  return report.scheme == Scheme::kernel && weld.triangles.rows() > 0 && !flat && count > elastic_nodes && count <= most_elastic_nodes &&
+         vertices <= elastic_vertices && 2 * inside <= count;
 }
 
 // Vertices that stand for the rest: those that hold nodes, then any farther than the spacing from all so far.
@@ -461,42 +474,6 @@ bool map_along_curves(const Nodes& nodes, const Weld& weld, const Graph& graph, 
   return true;
 }
 
-// How far the kernel is from the elastic surface in the motions that cost the latter the least energy: waves round a tube need more nodes
-// than the trial by smooth motions tells.
-double soft_difference(const Weld& weld, const Map& map, const Partition& elastic, const Partition& kernel) {
-  const Points none(0, 3);
-  std::vector<int> every(weld.positions.rows());
-  std::iota(every.begin(), every.end(), 0);
-  const auto moved = [&](const Lift& lift, const SparseWeights& weights, const Points& u) {
-    PointsF found(weld.positions.rows(), 3);
-    multiply_single(weights, lift_linear(lift, u, none).cast<float>(), every, std::span<float>(found.data(), found.size()), 1);
-    return found;
-  };
-  double off = 0.0;
-  for (Eigen::Index k = 0; k < elastic.soft.cols(); ++k) {
-    const Eigen::VectorXd column = elastic.soft.col(k);
-    const Points u = Eigen::Map<const Points>(column.data(), map.node_positions.rows(), 3);
-    const PointsF truth = moved(map.lift, elastic.weights, u), found = moved(Lift(kernel.lift), kernel.weights, u);
-    off += static_cast<double>((found - truth).squaredNorm() / truth.squaredNorm());
-  }
-  return elastic.soft.cols() > 0 ? std::sqrt(off / static_cast<double>(elastic.soft.cols())) : 0.0;
-}
-
-// Why the elastic surface is worse than the kernel, or empty: the kernel follows the body's softest motions as the elastic surface has
-// them, and is the better one in smooth motions that every body can do. A thin body with two faces is one whose far face hangs on its rim
-// alone. Limits: interp/README.md.
-std::string bends_worse(const Weld& weld, const Map& map, const Partition& elastic, const Partition& kernel) {
-  constexpr double limit = 0.1, times = 4.0, follows = 0.13;
-  if (soft_difference(weld, map, elastic, kernel) > follows) return {};
-  const TrialError own = trial_error(weld, map.node_positions, map.lift, elastic.weights);
-  if (own.normals <= limit && own.displacement <= limit) return {};
-  const TrialError other = trial_error(weld, map.node_positions, Lift(kernel.lift), kernel.weights);
-  if (own.normals <= times * other.normals && own.displacement <= times * other.displacement) return {};
-  return fmt::format(
-      "{} nodes: in bending and twist of the whole the kernel turns normals wrong by {:.2g} %, the elastic surface by {:.2g} %",
-      map.node_positions.rows(), 100.0 * other.normals, 100.0 * own.normals);
-}
-
 // Parts that do not know how to move, and what they lack.
 void tell_bridged(const Graph& graph, bool rotations, Report& report) {
   if (graph.bridged.empty()) return;
@@ -509,15 +486,89 @@ void tell_bridged(const Graph& graph, bool rotations, Report& report) {
       rotations ? "a node in it makes it move on its own" : "three nodes in it that are not on a line make it move on its own"));
 }
 
-void map_over_surface(const Nodes& nodes, const Weld& weld, const Layout& layout, const Options& options, Map& map) {
+// Of a kernel and an elastic surface: which moves the mesh.
+struct Candidates {
+  Partition elastic, kernel;
+  std::string loose;    // why the elastic surface does not serve at all
+  bool asked = false;   // the elastic surface was asked because the kernel may err
+  double missed = 0.0;  // of the kernel: left_out_error, NaN: not known
+};
+
+// left_out_error of the kernel.
+double kernel_missed(const Map& map, const Weld& weld, const Partition& kernel, const NodeMotions& known) {
+  if (known.displacement.cols() == 0) return std::numeric_limits<double>::quiet_NaN();
+  Map own;
+  own.nodes = map.nodes;
+  own.rotations = map.rotations;
+  own.node_of = map.node_of;
+  own.node_count = map.node_count;
+  own.node_positions = map.node_positions;
+  own.lift = kernel.lift;
+  own.leave_one_out = kernel.leave_one_out;
+  return left_out_error(own, weld, known);
+}
+
+// Whether the kernel takes the place of the elastic surface (map.lift), and why. What was chosen by rule stays where leaving nodes out
+// finds both alike, and within a wider margin where smooth motions of the whole body speak for the kernel.
+bool prefers_kernel(const Weld& weld, const NodeMotions& known, const Candidates& both, const Map& map, std::string& reason) {
+  constexpr double alike = 0.8, clearly = 0.6;
+  if (!both.loose.empty()) return both.kernel.lebesgue < both.elastic.lebesgue;
+  reason = bends_worse(weld, map, both.elastic, both.kernel);
+  const double own = std::isfinite(both.missed) ? left_out_error(map, weld, known) : std::numeric_limits<double>::quiet_NaN();
+  if (!std::isfinite(own)) return !reason.empty();
+  const bool kernel = both.asked || !reason.empty() ? own > (reason.empty() ? alike : clearly) * both.missed : both.missed < clearly * own;
+  if (!kernel || reason.empty())
+    reason = fmt::format("{} nodes: leaving nodes out of their own motion, the {} errs by {:.2g} %, the {} by {:.2g} %",
+                         map.node_positions.rows(), kernel ? "kernel" : "elastic surface", 100.0 * (kernel ? both.missed : own),
+                         kernel ? "elastic surface" : "kernel", 100.0 * (kernel ? own : both.missed));
+  return kernel;
+}
+
+// Kernel, elastic surface or lattice, with the map's lift.
+Partition map_by_scheme(const Weld& weld, const Graph& graph, const Options& options, const NodeMotions& known, bool doubtful, Map& map) {
+  // A kernel that errs by less is good enough to leave the cost of an elastic surface; uneven nodes make a large Lebesgue constant.
+  constexpr double worth = 0.02, uneven = 7.0;
+  Report& report = map.report;
+  const bool automatic = options.scheme == Scheme::automatic;
+  bool green = report.scheme == Scheme::elastic || report.scheme == Scheme::lattice;
+  PartitionOptions how = partition_options(options, report.scheme, map.rotations);
+  Candidates both;
+  if (!green || automatic) {
+    if (automatic) how.patch_nodes = std::clamp(options.patch_nodes, 8, 60);
+    both.kernel = make_tried_partition(weld, graph, map.node_positions, how);
+    both.missed = automatic && (green || doubtful) ? kernel_missed(map, weld, both.kernel, known) : 0.0;
+    both.asked = automatic && doubtful && (std::isfinite(both.missed) ? both.missed > worth : both.kernel.lebesgue > uneven);
+  }
+  if (both.asked) {
+    report.scheme = Scheme::elastic;
+    green = true;
+  }
+  std::string reason;
+  if (green) both.elastic = map_by_elasticity(options, weld, graph, how, map, both.loose);
+  const bool kernel = !green || (automatic && prefers_kernel(weld, known, both, map, reason));
+  if (green && automatic) {
+    if (kernel && !both.loose.empty() && !both.asked)
+      report.warnings.push_back(fmt::format("kernel instead of {}: {}", scheme_name(report.scheme), both.loose));
+    if (!reason.empty()) report.reason = reason;
+    else if (kernel && !both.asked) report.reason = fmt::format("{} nodes are too few for the elastic surface", map.node_positions.rows());
+    else if (!kernel && both.asked) report.reason = fmt::format("{} nodes, unevenly spread: elastic surface", map.node_positions.rows());
+  }
+  if (!kernel) return std::move(both.elastic);
+  if (green) report.scheme = Scheme::kernel;
+  map.lift = std::move(both.kernel.lift);
+  map.leave_one_out = std::move(both.kernel.leave_one_out);
+  return std::move(both.kernel);
+}
+
+void map_over_surface(const Nodes& nodes, const Weld& weld, const Layout& layout, const Options& options, const NodeMotions& known,
+                      Map& map) {
   Report& report = map.report;
   const Graph graph = make_graph(weld, map.node_positions, 8, nodes.rotations);
   if ((options.scheme == Scheme::automatic || options.scheme == Scheme::kernel) && !layout.point &&
       map_along_curves(nodes, weld, graph, options, map))
     return;
-  if (options.scheme == Scheme::automatic && !layout.point) choose_scheme(map, weld, graph);
+  const bool doubtful = options.scheme == Scheme::automatic && !layout.point && choose_scheme(map, weld, graph);
   tell_bridged(graph, nodes.rotations, report);
-  PartitionOptions how = partition_options(options, report.scheme, nodes.rotations);
   if (weld.triangles.rows() == 0 && (report.scheme == Scheme::elastic || report.scheme == Scheme::lattice))
     throw InputError(fmt::format("scheme {} needs a mesh with faces; for a cloud of points take auto, kernel, r3, r or tps",
                                  scheme_name(report.scheme)));
@@ -525,26 +576,7 @@ void map_over_surface(const Nodes& nodes, const Weld& weld, const Layout& layout
     report.scheme = Scheme::elastic;
     report.warnings.push_back("the mesh is not closed, so that its inside has no lattice: elastic surface instead");
   }
-  Partition part;
-  const bool green = report.scheme == Scheme::elastic || report.scheme == Scheme::lattice;
-  std::string loose;
-  if (green) part = map_by_elasticity(options, weld, graph, how, map, loose);
-  // Nodes on which a surface hangs too loosely, or whose other side it does not know: the kernel with rigid arms, unless it is worse.
-  if (!green || options.scheme == Scheme::automatic) {
-    if (green) how.patch_nodes = std::clamp(options.patch_nodes, 8, 60);
-    Partition kernel = make_tried_partition(weld, graph, map.node_positions, how);
-    const std::string bent = green && loose.empty() ? bends_worse(weld, map, part, kernel) : "";
-    if (!green || (!loose.empty() && kernel.lebesgue < part.lebesgue) || !bent.empty()) {
-      part = std::move(kernel);
-      map.lift = std::move(part.lift);
-      map.leave_one_out = std::move(part.leave_one_out);
-      if (green) {
-        if (!loose.empty()) report.warnings.push_back(fmt::format("kernel instead of {}: {}", scheme_name(report.scheme), loose));
-        report.reason = bent.empty() ? fmt::format("{} nodes are too few for the elastic surface", map.node_positions.rows()) : bent;
-        report.scheme = Scheme::kernel;
-      }
-    }
-  }
+  Partition part = map_by_scheme(weld, graph, options, known, doubtful, map);
   map.weights = std::move(part.weights);
   report.lebesgue = part.lebesgue;
   report.patches = part.patches;
@@ -578,9 +610,12 @@ void judge_lebesgue(const Options& options, Report& report) {
 
 }  // namespace
 
-Map make_map(const Nodes& nodes, const MeshView& mesh, const Options& options) {
+Map make_map(const Nodes& nodes, const MeshView& mesh, const Options& options) { return make_map_for(nodes, mesh, options, {}); }
+
+Map make_map_for(const Nodes& nodes, const MeshView& mesh, const Options& options, const NodeMotions& known) {
   const auto start = std::chrono::steady_clock::now();
   check_input(nodes, mesh);
+  check_motions(nodes, known);
   Map map;
   Report& report = map.report;
   map.nodes = static_cast<int>(nodes.positions.rows());
@@ -603,7 +638,7 @@ Map make_map(const Nodes& nodes, const MeshView& mesh, const Options& options) {
   const Layout layout = find_layout(map.node_positions, body);
   set_scheme(options, layout, weld.positions.rows(), map);
   if (layout.axis && report.scheme == Scheme::kernel) map_along_axis(nodes, weld, options.precise, map);
-  else map_over_surface(nodes, weld, layout, options, map);
+  else map_over_surface(nodes, weld, layout, options, known, map);
   judge_lebesgue(options, report);
   report.setup_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return map;

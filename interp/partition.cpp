@@ -286,12 +286,15 @@ LeaveOneOut make_leave_one_out(const std::vector<Patch>& patches, const std::vec
   SparseWeights& w = out.rows;
   w.rows = nodes;
   w.cols = sources;
+  // Without a node that alone spans a direction the others tell nothing: its diagonal is rounding.
+  constexpr double rounding = 1e-9;
   for (int i = 0; i < nodes; ++i) {
     const Patch& patch = patches[home[i]];
     const auto at = std::lower_bound(patch.node.begin(), patch.node.end(), i) - patch.node.begin();
     const double diagonal = patch.inverse_diagonal[at];
     // Too few others to predict from: no row. A repaired patch has none either.
-    if (static_cast<int>(patch.node.size()) > 1 + patch.directions + 1 && std::isfinite(diagonal) && diagonal != 0.0)
+    if (static_cast<int>(patch.node.size()) > 1 + patch.directions + 1 && std::isfinite(diagonal) &&
+        std::abs(diagonal) > rounding * patch.inverse_diagonal.cwiseAbs().maxCoeff())
       for (size_t j = 0; j < patch.node.size(); ++j) {
         const double value = patch.inverse(at, static_cast<Eigen::Index>(j)) / diagonal;
         w.column.push_back(patch.node[j]);

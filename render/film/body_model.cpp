@@ -1,6 +1,7 @@
 #include "render/film/body_model.h"
 
 #include "interp/faces.h"
+#include "interp/known.h"
 #include "interp/scalars.h"
 #include "render/film/known_shapes.h"
 #include "render/film/rigid_mesh.h"
@@ -104,6 +105,27 @@ bool linear_in_modes(const sim::ResultBody& body) {
   }
   // Mode columns are kept in single precision; a difference below that is none.
   return difference <= 1e-6 * largest;
+}
+
+// What the nodes do, for the choice of the map: their modes, or some samples of the run.
+interp::NodeMotions motions_of(const sim::ResultBody& body) {
+  constexpr Eigen::Index some = 8;
+  interp::NodeMotions known;
+  if (body.node_phi.size() > 0 && (body.rotation.size() == 0 || body.node_psi.size() > 0)) {
+    known.displacement = body.node_phi;
+    if (body.rotation.size() > 0) known.rotation = body.node_psi;
+    return known;
+  }
+  known.linear = false;
+  const Eigen::Index nt = body.displacement.rows(), count = std::min(nt, some);
+  known.displacement.resize(body.displacement.cols(), count);
+  if (body.rotation.size() > 0) known.rotation.resize(body.rotation.cols(), count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const Eigen::Index row = count > 1 ? k * (nt - 1) / (count - 1) : 0;
+    known.displacement.col(k) = body.displacement.row(row).transpose();
+    if (body.rotation.size() > 0) known.rotation.col(k) = body.rotation.row(row).transpose();
+  }
+  return known;
 }
 
 // The file's mesh where the scene puts it.
@@ -480,7 +502,7 @@ void map_nodes(const sim::ResultBody& body, const BodyDrawing& drawing, const Bo
       model.from_cache = mapped.from_cache;
       map_warnings = std::move(mapped.report.warnings);
     } else {
-      model.map = interp::make_map(nodes, model.view(), options);
+      model.map = interp::make_map_for(nodes, model.view(), options, motions_of(body));
       map_warnings = model.map->report.warnings;
       if (settings.color_by == ColorBy::map_error) {
         model.error_bar.emplace(*model.map, model.view());

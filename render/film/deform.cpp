@@ -2,6 +2,7 @@
 
 #include "interp/error_bar.h"
 #include "interp/exaggerate.h"
+#include "interp/known.h"
 #include "render/base/file.h"
 #include "render/picture/mesh.h"
 #include "sim/base/error.h"
@@ -339,7 +340,9 @@ DeformReport deform(const fs::path& nodes, const fs::path& mesh_file, const fs::
   how.precise = true;
   interp::Map map;
   try {
-    map = interp::make_map(table.nodes, view, how);
+    const auto column = [](const interp::Points& rows) { return Eigen::MatrixXd(rows.reshaped<Eigen::RowMajor>(3 * rows.rows(), 1)); };
+    map = interp::make_map_for(table.nodes, view, how,
+                               {column(table.displacement), table.rotation.rows() > 0 ? column(table.rotation) : Eigen::MatrixXd(), false});
   } catch (const interp::InputError& e) {
     throw interp::InputError(fmt::format("{} and {}: {}", nodes.string(), mesh_file.string(), e.what()));
   }

@@ -1,6 +1,7 @@
 // KernelMap: sparse simulation nodes move the vertices of a dense mesh.
 #include "interp/map.h"
 #include "interp/error_bar.h"
+#include "interp/known.h"
 #include "interp/watch.h"
 
 #include "render/python/bindings.h"
@@ -41,11 +42,24 @@ void require_three(const py::array& a, const char* what) {
 
 Eigen::Map<const interp::Points> rows_of(const Numbers& a) { return {a.data(), a.shape(0), 3}; }
 
+// Arrays of one row a node, as columns of 3 N numbers.
+Eigen::MatrixXd columns_of(const std::vector<Numbers>& list, const char* what, const Numbers& nodes) {
+  Eigen::MatrixXd columns(list.empty() ? 0 : 3 * nodes.shape(0), list.size());
+  for (size_t k = 0; k < list.size(); ++k) {
+    require_three(list[k], what);
+    if (list[k].shape(0) != nodes.shape(0)) throw ArgumentError(fmt::format("{} must have a row for each node, {}", what, nodes.shape(0)));
+    columns.col(static_cast<Eigen::Index>(k)) = Eigen::Map<const Eigen::VectorXd>(list[k].data(), list[k].size());
+  }
+  return columns;
+}
+
 struct KernelMap {
   interp::Map map;
   bool with_rotations = false;
 
-  KernelMap(const Numbers& nodes, const Numbers& vertices, const py::object& faces, const std::string& scheme, bool rotations, bool precise)
+  // Parameters: those of Python's call.
+  KernelMap(const Numbers& nodes, const Numbers& vertices, const py::object& faces, const std::string& scheme, bool rotations, bool precise,
+            const std::vector<Numbers>& motions, const std::vector<Numbers>& turns)
       : with_rotations(rotations) {
     const std::optional<Indices> triangles = indices(faces);
     require_three(nodes, "nodes");
@@ -56,10 +70,11 @@ struct KernelMap {
     options.precise = precise;
     const interp::MeshView mesh{rows_of(vertices), Eigen::Map<const interp::Triangles>(triangles ? triangles->data() : nullptr,
                                                                                        triangles ? triangles->shape(0) : 0, 3)};
+    const interp::NodeMotions known{columns_of(motions, "motions", nodes), columns_of(turns, "turns", nodes), true};
     Watcher watcher{py::none()};
     const interp::Watch watch([&] { watcher.look(); });
     const py::gil_scoped_release free;
-    map = interp::make_map({interp::Points(rows_of(nodes)), rotations, {}}, mesh, options);
+    map = interp::make_map_for({interp::Points(rows_of(nodes)), rotations, {}}, mesh, options, known);
   }
 
   // Rotations that the map would leave aside would be a motion other than the one that was given.
@@ -116,18 +131,22 @@ void bind_map(py::module_& m) {
   py::class_<KernelMap>(m, "KernelMap",
                         R"(The kernel map: displacements (and rotations) of N simulation nodes to those of M vertices of a mesh.
 
-KernelMap(nodes, vertices, triangles=None, scheme="auto", rotations=False, precise=False)
+KernelMap(nodes, vertices, triangles=None, scheme="auto", rotations=False, precise=False, motions=[], turns=[])
   nodes      (N, 3) float64, m, in the frame of the mesh
   vertices   (M, 3) float64, m; C-contiguous float64 is looked at in place, not copied
   triangles  (K, 3) int32, or other whole numbers: indices of vertices; None: a cloud of points
   scheme     auto, kernel, elastic, lattice, r3, r, tps (interp/README.md); elastic and lattice need triangles
   rotations  whether apply() gets rotation vectors too
   precise    keeps the weights in double as well, for apply_precise(); twice the memory
+  motions    a list of (N, 3): what the nodes will do, such as mode shapes of any scale; scheme "auto" then takes the one that predicts
+             each node best from the others. turns: their rotations, with rotations=True
 
 Raises InputError (no nodes, numbers that are not finite, indices out of range) and MapError (no map can serve).)")
-      .def(py::init<const Numbers&, const Numbers&, const py::object&, const std::string&, bool, bool>(), py::arg("nodes"),
-           py::arg("vertices"), py::arg("triangles") = py::none(), py::arg("scheme") = "auto", py::arg("rotations") = false,
-           py::arg("precise") = false)
+      .def(py::init<const Numbers&, const Numbers&, const py::object&, const std::string&, bool, bool, const std::vector<Numbers>&,
+                    const std::vector<Numbers>&>(),
+           py::arg("nodes"), py::arg("vertices"), py::arg("triangles") = py::none(), py::arg("scheme") = "auto",
+           py::arg("rotations") = false, py::arg("precise") = false, py::arg("motions") = std::vector<Numbers>{},
+           py::arg("turns") = std::vector<Numbers>{})
       .def("apply", &KernelMap::apply, py::arg("displacement"), py::arg("rotation") = py::none(), py::arg("out") = py::none(),
            R"(Displacement of the vertices, (M, 3) float32, m.
 

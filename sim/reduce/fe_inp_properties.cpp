@@ -2,8 +2,10 @@
 #include "sim/reduce/fe_inp_reader.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <string_view>
 
 namespace flexframe::sim {
 namespace {
@@ -378,8 +380,15 @@ void InpTableReader::read_mpc() {
   m.place = at;
   for (size_t i = 1; i < f.size(); ++i)
     if (!f[i].empty()) m.nodes.push_back(inp_upper(f[i]));
-  if (m.type != "BEAM" && m.type != "TIE" && m.type != "PIN")
-    return refuse(fmt::format("*MPC of type {}: BEAM, TIE and PIN can be read; give others as *EQUATION", m.type));
+  // More nodes of the one before.
+  if (m.type == "0" && !s().mpcs.empty()) {
+    InpMpc& last = s().mpcs.back();
+    last.nodes.insert(last.nodes.end(), m.nodes.begin(), m.nodes.end());
+    return;
+  }
+  constexpr std::array<std::string_view, 5> known = {"BEAM", "TIE", "PIN", "PLANE", "STRAIGHT"};
+  if (std::find(known.begin(), known.end(), m.type) == known.end())
+    return refuse(fmt::format("*MPC of type {}: {} can be read; give others as *EQUATION", m.type, fmt::join(known, ", ")));
   s().mpcs.push_back(m);
 }
 

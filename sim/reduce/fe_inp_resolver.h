@@ -129,6 +129,7 @@ class InpResolver {
   void add_mpc(int space, const InpMpc& m);
   // A term in the node's own directions as terms in space.
   void add_term(int node, int dof, double coefficient, FeEquation& out) const;
+  void add_flat(const InpMpc& m, const std::vector<int>& nodes);
   void add_equation(int space, const InpEquation& given);
   void add_boundary(int space, const InpBoundary& b);
 };

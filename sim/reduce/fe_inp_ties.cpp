@@ -3,6 +3,7 @@
 #include "sim/reduce/fe_tie.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace flexframe::sim {
@@ -162,9 +163,69 @@ void InpResolver::add_surface_tie(int space, const InpTie& t) {
     add_once(model.notes, fmt::format("{}: *TIE ties translations; rotations of shells stay free at '{}'", deck.where(t.place), t.surface));
 }
 
+// *MPC, PLANE and STRAIGHT: nodes that stay in the plane, or on the line, that they are in; linear about where they are. Within it they
+// move freely. Which of them define it does not matter then: those farthest apart do.
+void InpResolver::add_flat(const InpMpc& m, const std::vector<int>& nodes) {
+  const bool line = m.type == "STRAIGHT";
+  const auto place = [&](int node) { return Vec3(model.nodes[node]); };
+  const auto farthest = [&](const auto& distance) {
+    return *std::max_element(nodes.begin(), nodes.end(), [&](int i, int j) { return distance(i) < distance(j); });
+  };
+  const int a = nodes.front(), b = farthest([&](int i) { return (place(i) - place(a)).norm(); });
+  const Vec3 along = place(b) - place(a);
+  const double extent = along.norm();
+  const auto beside = [&](int i) { return extent > 0.0 ? along.cross(place(i) - place(a)).norm() / extent : 0.0; };
+  const int c = farthest(beside);
+  constexpr double off = 1e-3;  // of the extent
+  if (!(extent > 0.0) || (!line && !(beside(c) > off * extent)))
+    fail(m.place, fmt::format("*MPC, {}: its nodes {}", m.type, line || !(extent > 0.0) ? "are at one place" : "are on a line"));
+  const Vec3 normal = line ? Vec3(Vec3::Zero()) : Vec3(along.cross(place(c) - place(a)).normalized());
+  Eigen::Index main = 0;
+  (line ? along : normal).cwiseAbs().maxCoeff(&main);
+  for (int node : nodes) {
+    if (node == a || node == b || (!line && node == c)) continue;
+    const Vec3 r = place(node) - place(a);
+    if ((line ? beside(node) : std::abs(r.dot(normal))) > off * extent)
+      fail(m.place,
+           fmt::format("*MPC, {}: node {} lies beside the {} of the others", m.type, model.node_ids[node], line ? "line" : "plane"));
+    // Shares of the nodes that define it; the first is what is left to one.
+    double s = r.dot(along) / (extent * extent), t = 0.0;
+    if (!line) {
+      const Vec3 second = place(c) - place(a), across = second - along * (second.dot(along) / (extent * extent));
+      t = r.dot(across) / across.squaredNorm();
+      s -= t * second.dot(along) / (extent * extent);
+    }
+    const std::array<std::pair<int, double>, 4> shares = {{{node, 1.0}, {a, s + t - 1.0}, {b, -s}, {c, -t}}};
+    for (int d = 0; d < 3; ++d) {
+      // Directions that stay zero: across the line, the axis with the largest part along it taken out; or the plane's normal once.
+      if (line ? d == main : d > 0) continue;
+      Vec3 zero = normal;
+      if (line) {
+        zero = Vec3::Unit(d);
+        zero(main) = -along(d) / along(main);
+      }
+      FeEquation e;
+      e.line = m.place.line;
+      const int first = line ? d : static_cast<int>(main);
+      for (const auto& [whose, share] : shares)
+        for (int k = 0; k < 3; ++k)
+          if (const int axis = (first + k) % 3; share != 0.0 && zero(axis) != 0.0) e.terms.push_back({whose, axis, share * zero(axis)});
+      model.equations.push_back(std::move(e));
+    }
+  }
+}
+
 void InpResolver::add_mpc(int space, const InpMpc& m) {
   std::vector<std::vector<int>> lists;
   for (const std::string& where : m.nodes) lists.push_back(nodes_named(space, where, m.place));
+  if (m.type == "PLANE" || m.type == "STRAIGHT") {
+    std::vector<int> all;
+    for (const auto& list : lists)
+      for (int node : list)
+        if (std::find(all.begin(), all.end(), node) == all.end()) all.push_back(node);
+    if (all.empty()) fail(m.place, fmt::format("*MPC, {}: nodes are expected", m.type));
+    return add_flat(m, all);
+  }
   if (lists.size() < 2) fail(m.place, fmt::format("*MPC, {}: two nodes are expected", m.type));
   const size_t pairs = lists[0].size();
   if (lists[1].size() != pairs && lists[1].size() != 1) fail(m.place, fmt::format("*MPC, {}: both sets must have as many nodes", m.type));

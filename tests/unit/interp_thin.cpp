@@ -1,4 +1,5 @@
 // Bodies that mislead a map: parts beside each other, thin bodies with nodes on one face, faces that look the wrong way or hang loose.
+#include "interp/graph.h"
 #include "interp_bodies.h"
 
 #include <gtest/gtest.h>
@@ -65,6 +66,24 @@ TEST(InterpThin, PlatesSideBySideMoveAlone) {
   const Map map = make_precise(nodes_at(both.v, farthest_points(low.v, 12), 12), both);
   ASSERT_FALSE(map.report.warnings.empty());
   EXPECT_NE(map.report.warnings.front().find("(0.5, 0.4, 0.016) holds 0 of the nodes"), std::string::npos) << map.report.warnings.front();
+}
+
+// Each vertex of a plate lies on its own side of the middle, corners too, however its faces are cut: the corner across the rim is the
+// nearest neighbour of a corner.
+TEST(InterpThin, CornersLookTheirOwnWay) {
+  Body plate = make_plate(-0.0025, 0.005);
+  Points nodes(5, 3);
+  nodes << 0.0, 0.0, 0.0025, 1.0, 0.0, 0.0025, 0.0, 0.8, 0.0025, 1.0, 0.8, 0.0025, 0.5, 0.4, 0.0025;
+  for (int mirrored = 0; mirrored < 2; ++mirrored) {
+    const Weld weld = weld_vertices(plate.view(), 1e-9);
+    const Graph graph = make_graph(weld, nodes, 8, false);
+    ASSERT_EQ(graph.beside.rows(), weld.positions.rows());
+    for (Eigen::Index v = 0; v < weld.positions.rows(); ++v)
+      EXPECT_NEAR(graph.beside(v, 2), weld.positions(v, 2), 1e-12) << weld.positions.row(v);
+    for (Eigen::Index i = 0; i < nodes.rows(); ++i) EXPECT_NEAR(graph.node_beside(i, 2), 0.0025, 1e-12) << nodes.row(i);
+    plate.v.col(0) = 1.0 - plate.v.col(0).array();
+    plate.t.col(0).swap(plate.t.col(1));
+  }
 }
 
 // Thin plate with nodes on its upper face, or in its middle: the normals of both faces turn as they should.

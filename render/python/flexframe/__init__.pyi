@@ -214,6 +214,8 @@ class KernelMap:
         scheme: str = "auto",
         rotations: bool = False,
         precise: bool = False,
+        motions: Sequence[ArrayLike] = ...,
+        turns: Sequence[ArrayLike] = ...,
     ) -> None: ...
     def apply(
         self, displacement: ArrayLike, rotation: Optional[ArrayLike] = None, out: Optional[NDArray[np.float32]] = None
