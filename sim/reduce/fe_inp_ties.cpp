@@ -180,6 +180,10 @@ void InpResolver::add_flat(const InpMpc& m, const std::vector<int>& nodes) {
   if (!(extent > 0.0) || (!line && !(beside(c) > off * extent)))
     fail(m.place, fmt::format("*MPC, {}: its nodes {}", m.type, line || !(extent > 0.0) ? "are at one place" : "are on a line"));
   const Vec3 normal = line ? Vec3(Vec3::Zero()) : Vec3(along.cross(place(c) - place(a)).normalized());
+  add_once(model.notes,
+           fmt::format("{}: *MPC, {}: its nodes stay on their {}, linear about where they are; CalculiX makes such nodes stand "
+                       "still in a linear step (the same as *EQUATION agrees)",
+                       deck.where(m.place), m.type, line ? "line" : "plane"));
   Eigen::Index main = 0;
   (line ? along : normal).cwiseAbs().maxCoeff(&main);
   for (int node : nodes) {
