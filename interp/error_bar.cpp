@@ -59,7 +59,10 @@ ErrorBar::ErrorBar(const Map& map, const MeshView& mesh) {
     for (size_t k = 0; k < wanted; ++k) total += 1.0 / (sorted[k].first + floor);
     for (size_t k = 0; k < wanted; ++k) {
       const int node = predicted[sorted[k].second];
-      carried_[around * v + k] = {node, static_cast<float>(to_node / reach[node] / (sorted[k].first + floor) / total)};
+      const double away = to_node / reach[node];
+      // A node left out is as far from the others as `reach`: farther away, beyond the nodes or in a gap, a miss grows faster than distance.
+      const double grown = away > 1.0 ? away * std::sqrt(away) : away;
+      carried_[around * v + k] = {node, static_cast<float>(grown / (sorted[k].first + floor) / total)};
     }
   }
 }
