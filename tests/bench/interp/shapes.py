@@ -67,7 +67,8 @@ def airfoil():
 SHAPES = {
     "bent bracket": (
         "Box(1) = {0,0,0, 0.3,0.15,0.012}; Box(2) = {0,0,0, 0.012,0.15,0.2};\nBox(3) = {0.1,0.03,-0.01, 0.12,0.09,0.03};\n"
-        "BooleanUnion(4) = { Volume{1}; Delete; }{ Volume{2}; Delete; };\nBooleanDifference(5) = { Volume{4}; Delete; }{ Volume{3}; Delete; };\n",
+        "BooleanUnion(4) = { Volume{1}; Delete; }{ Volume{2}; Delete; };\n"
+        "BooleanDifference(5) = { Volume{4}; Delete; }{ Volume{3}; Delete; };\n",
         0.012,
         0,
     ),
@@ -80,7 +81,8 @@ SHAPES = {
     "perforated plate": (perforated(), 0.024, 0),
     "coil spring": (spring(), 0.009, 0),
     "stepped shaft": (
-        "Cylinder(1) = {0,0,0, 0.2,0,0, 0.02, 2*Pi}; Cylinder(2) = {0.2,0,0, 0.3,0,0, 0.04, 2*Pi}; Cylinder(3) = {0.5,0,0, 0.25,0,0, 0.025, 2*Pi};\n"
+        "Cylinder(1) = {0,0,0, 0.2,0,0, 0.02, 2*Pi}; Cylinder(2) = {0.2,0,0, 0.3,0,0, 0.04, 2*Pi};\n"
+        "Cylinder(3) = {0.5,0,0, 0.25,0,0, 0.025, 2*Pi};\n"
         "BooleanUnion(4) = { Volume{1}; Delete; }{ Volume{2,3}; Delete; };\n",
         0.014,
         0,
