@@ -31,10 +31,8 @@ def gear():
         text += (
             f"Box({10 + k}) = {{0.09, -0.009, 0, 0.035, 0.018, 0.03}}; Rotate {{{{0,0,1}},{{0,0,0}},{k}*Pi/8}} {{ Volume{{{10 + k}}}; }}\n"
         )
-    return (
-        text
-        + "BooleanUnion(50) = { Volume{1}; Delete; }{ Volume{10:25}; Delete; };\nBooleanDifference(51) = { Volume{50}; Delete; }{ Volume{2}; Delete; };\n"
-    )
+    text += "BooleanUnion(50) = { Volume{1}; Delete; }{ Volume{10:25}; Delete; };\n"
+    return text + "BooleanDifference(51) = { Volume{50}; Delete; }{ Volume{2}; Delete; };\n"
 
 
 def perforated():
