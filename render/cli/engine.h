@@ -48,7 +48,7 @@ int minutes_for(double seconds);
 // Slurm as soon as the jobs are queued. Throws UsageError for an engine that is not installed, FileError.
 int hand_over(const EngineJob& job, const EngineWords& words);
 
-// The program's own file, and its SHA-256.
+// The program's own file, and what tells one build of it from another.
 std::filesystem::path program_file();
 std::string program_fingerprint();
 

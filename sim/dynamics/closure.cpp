@@ -724,16 +724,19 @@ void close_positions(const Model& model, int cluster, W& work) {
   }
   // Deformations that close a loop move the frames in their bodies as well.
   const bool elastic = deformation_closes(model, part, cluster);
+  const double closed = elastic ? 2e-16 : 3e-13;
   cw.res.resize(nd);
   double last = std::numeric_limits<double>::infinity();
-  bool fresh = false;
+  bool fresh = false, whole = false;  // the conditions' matrix serves; it is that of the present place, with all columns
   static thread_local LoopPoses<typename W::In> poses;
   update_loop_poses(model, work, cluster, poses);
   for (int iteration = 0;; ++iteration) {
     const double open = closure_residual(model, work, {cluster, false, poses}, cw.res);
     if (!fresh) {
-      if (elastic) update_jacobians();
-      factorise_closure(model, cluster, work, poses, {false, elastic});
+      // Closed as it stands: nothing will move, and what the end needs is made at once.
+      whole = open <= closed * c.size;
+      if (elastic || whole) update_jacobians();
+      factorise_closure(model, cluster, work, poses, {whole, elastic || whole});
       fresh = true;
     }
     multiply_into(cw.Gd, cw.res, cw.step);
@@ -744,7 +747,7 @@ void close_positions(const Model& model, int cluster, W& work) {
     if (!cw.step.allFinite()) size = std::numeric_limits<double>::infinity();
     // 3e-13 of the size is a few hundred roundings of the poses: closed. A step that no longer shrinks at 1e-10 is rounding too.
     // A deformation that closes the loop is a force: one rounding off is as good as it gets.
-    if (size <= (elastic ? 2e-16 : 3e-13) * c.size || (size <= 1e-10 * c.size && size > 0.25 * last)) break;
+    if (size <= closed * c.size || (size <= 1e-10 * c.size && size > 0.25 * last)) break;
     if (!std::isfinite(size) || iteration == 40 || (iteration > 4 && size > c.size)) {
       int worst = 0;
       cw.res.cwiseAbs().maxCoeff(&worst);
@@ -754,6 +757,7 @@ void close_positions(const Model& model, int cluster, W& work) {
           closure_row_name(model, cw, cluster, part.rows[worst]), work.time));
     }
     move_dependent(model, cluster, work);
+    whole = false;
     if (elastic) update_cluster_frames(model, cluster, work);
     update_cluster_chain(model, cluster, work);
     update_loop_poses(model, work, cluster, poses);
@@ -763,8 +767,10 @@ void close_positions(const Model& model, int cluster, W& work) {
     if (size > 1e-3 * std::min(last, c.size)) fresh = false;
     last = size;
   }
-  update_jacobians();
-  factorise_closure(model, cluster, work, poses, {true, true});
+  if (!whole) {
+    update_jacobians();
+    factorise_closure(model, cluster, work, poses, {true, true});
+  }
   cw.E.resize(cw.Gd.rows(), cw.Gi.cols());
   multiply_columns(cw.Gd, cw.Gi, cw.E);
 }

@@ -6,6 +6,7 @@
 #include "sim/dynamics/flexures.h"
 #include "sim/dynamics/kinematics.h"
 #include "sim/dynamics/loads.h"
+#include "sim/dynamics/reduced_mass.h"
 
 #include <fmt/format.h>
 
@@ -19,14 +20,17 @@ namespace {
 // before: else it rests or follows prescribed motions, and nothing asks for what it carries).
 struct Carrying {
   std::vector<char> elastic, moves;
+  bool driven = false;  // some joint follows a prescribed motion
 };
 void find_carrying(const Model& model, Carrying& out) {
   out.elastic.assign(model.parts.size(), 0);
   out.moves.assign(model.parts.size(), 0);
+  out.driven = false;
   for (size_t i = 0; i < model.parts.size(); ++i) {
     const Part& part = model.parts[i];
     out.moves[i] = part.joint.nv + part.body.n > 0 || (part.parent != ground && out.moves[part.parent]);
     if (part.parent != ground && model.parts[part.parent].body.n > 0) out.elastic[part.parent] = 1;
+    out.driven = out.driven || part.joint.motion >= 0;
   }
 }
 
@@ -138,13 +142,7 @@ void assemble_cluster(const Model& model, int cluster, const Carrying& carries, 
   base.pb.setZero();
   const bool carried = !stands_on_ground(model, cluster);
   const bool weighs = carried && carries.moves[c.parent];
-  for (int i : c.parts) {
-    const Part& part = model.parts[i];
-    PartMotion<S>& p = work.parts[i];
-    const FrameMotion<S>& o = work.frames[part.joint.outboard];
-    for (int k = 0; k < part.joint.nv; ++k) column(p.Hj, k) = to_parent(o.pose, p.joint.S.col(k));
-    if (o.flexible) set_negative_to_parent(o.pose, o.B, p.C);
-  }
+  update_joint_twists(model, cluster, work);
   for (size_t at = c.parts.size(); at-- > 0;) {
     const int i = c.parts[at];
     const Part& part = model.parts[i];
@@ -489,28 +487,51 @@ void solve_cluster(const Model& model, int cluster, W& work) {
   for (int k = 0; k < nd; ++k) work.wdot[c.v0 + cw.partition.dep[k]] = cw.gamma[k] + (ni > 0 ? cw.E.row(k).dot(a) : 0.0);
 }
 
+// rates_alone: as update_accelerations_alone.
+template <class W>
+void accelerate(const Model& model, W& work, bool rates_alone) {
+  ++work.evaluations;
+  update_loads(model, work);
+  static thread_local Carrying carries;
+  static thread_local std::vector<char> reduced;
+  find_carrying(model, carries);
+  start_composites(model, carries, work);
+  const int clusters = static_cast<int>(model.clusters.size());
+  reduced.assign(model.clusters.size(), 0);
+  const auto assemble = [&](int k) {
+    assemble_cluster(model, k, carries, work);
+    reduce_cluster(model, k, work);
+  };
+  for (int k = clusters; k-- > 0;) {
+    const int carrier = model.clusters[k].parent;
+    const bool weighs = carrier != ground && carries.moves[carrier];
+    if (is_link(model, k, work.clusters[k]) && reduce_link(model, k, weighs, work)) continue;
+    reduced[k] = rates_alone && !weighs && prefers_reduced(model, k, work);
+    if (reduced[k]) continue;
+    assemble(k);
+    if (weighs) add_to_carrier(model, k, work);
+  }
+  for (int k = 0; k < clusters; ++k) {
+    update_base_acceleration(model, k, work);
+    if (!reduced[k] || !solve_reduced(model, k, work)) {
+      if (reduced[k]) assemble(k);
+      solve_cluster(model, k, work);
+    }
+    // Of the parts themselves only the power of motions asks, and what hangs on them.
+    if (!rates_alone || carries.driven || k + 1 < clusters) update_cluster_accelerations(model, k, work);
+  }
+}
+
 }  // namespace
 
 template <class W>
 void update_accelerations(const Model& model, W& work) {
-  ++work.evaluations;
-  update_loads(model, work);
-  static thread_local Carrying carries;
-  find_carrying(model, carries);
-  start_composites(model, carries, work);
-  for (int k = static_cast<int>(model.clusters.size()); k-- > 0;) {
-    const int carrier = model.clusters[k].parent;
-    const bool weighs = carrier != ground && carries.moves[carrier];
-    if (is_link(model, k, work.clusters[k]) && reduce_link(model, k, weighs, work)) continue;
-    assemble_cluster(model, k, carries, work);
-    reduce_cluster(model, k, work);
-    if (weighs) add_to_carrier(model, k, work);
-  }
-  for (int k = 0; k < static_cast<int>(model.clusters.size()); ++k) {
-    update_base_acceleration(model, k, work);
-    solve_cluster(model, k, work);
-    update_cluster_accelerations(model, k, work);
-  }
+  accelerate(model, work, false);
+}
+
+template <class W>
+void update_accelerations_alone(const Model& model, W& work) {
+  accelerate(model, work, true);
 }
 
 template <class W>
@@ -543,7 +564,7 @@ void load_responses(const Model& model, W& work, VecX& out) {
     VecX response(ni);
     for (Eigen::Index a = 0; a < ni; ++a) response[a] = cw.line[split.ind[a]];
     for (size_t e = 0; e < split.dep.size(); ++e) response += cw.Et.col(static_cast<Eigen::Index>(e)) * cw.line[split.dep[e]];
-    if (ni > 0) solve(cw.L, response.data());
+    if (ni > 0) solve_mass(model, k, work, response);
     column.segment(first, ni) = response;
     column[n] = wrench.dot(work.frames[load.on].V);
   }
@@ -561,11 +582,12 @@ Energy energy_of_motion(const Model& model, const W& work) {
   return e;
 }
 
-#define FLEXFRAME_FOR(W)                                  \
-  template void update_positions(const Model&, W&, bool); \
-  template void update_velocities(const Model&, W&);      \
-  template void update_accelerations(const Model&, W&);   \
-  template void load_responses(const Model&, W&, VecX&);  \
+#define FLEXFRAME_FOR(W)                                      \
+  template void update_positions(const Model&, W&, bool);     \
+  template void update_velocities(const Model&, W&);          \
+  template void update_accelerations(const Model&, W&);       \
+  template void update_accelerations_alone(const Model&, W&); \
+  template void load_responses(const Model&, W&, VecX&);      \
   template Energy energy_of_motion(const Model&, const W&);
 FLEXFRAME_FOR(Work)
 FLEXFRAME_FOR(PlaneWork)

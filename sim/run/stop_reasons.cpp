@@ -4,6 +4,7 @@
 #include "sim/dynamics/contacts.h"
 #include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/kinematics.h"
+#include "sim/dynamics/reduced_mass.h"
 #include "sim/dynamics/signals.h"
 
 #include <fmt/format.h>
@@ -85,7 +86,17 @@ std::string likely_cause(System system, double t, const VecX& y, const std::stri
   return "an acceleration grows without bound";
 }
 
-int lost_inertia(const System& system) {
+int lost_inertia(System& system) {
+  try {
+    if (system.plane) {
+      PlaneWork work(system.work, *system.plane);
+      complete_mass_matrices(system.model, work);
+    } else {
+      complete_mass_matrices(system.model, system.work);
+    }
+  } catch (const SimulationError&) {
+    if (system.work.indefinite >= 0) return system.work.indefinite;
+  }
   int lost = -1;
   double least = 1e-3;
   for (size_t c = 0; c < system.model.clusters.size(); ++c) {

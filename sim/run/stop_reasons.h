@@ -13,7 +13,7 @@ std::string likely_cause(System system, double t, const VecX& y, const std::stri
 
 // The part of whose inertia deformation has taken most, if all but a thousandth along some coordinate (the steps then become too small): -1
 // if none.
-int lost_inertia(const System& system);
+int lost_inertia(System& system);
 
 // What finds no phase that holds: joints whose friction or stop has a direction below zero (EventWatch::directions).
 std::string unsettled_phases(const System& system, const std::vector<int>& directions);

@@ -1,6 +1,7 @@
 #include "sim/time/newton_matrix.h"
 
 #include "sim/base/small_matrices.h"
+#include "sim/dynamics/reduced_mass.h"
 #include "sim/model/joint_motion.h"
 
 #include <algorithm>
@@ -150,6 +151,13 @@ void update_directions(const System& system, const double* y, const std::vector<
   }
 }
 
+// The mass matrices of the state evaluated last.
+void complete_mass_matrices(System& system) {
+  if (!system.plane) return sim::complete_mass_matrices(system.model, system.work);
+  PlaneWork work(system.work, *system.plane);
+  sim::complete_mass_matrices(system.model, work);
+}
+
 // The columns of A and B that follow from the bodies' stiffness and damping, through the mass matrix of the state evaluated last.
 void update_closed_columns(const System& system, const std::vector<Direction>& all, MechanicalJacobian& out) {
   const Model& model = system.model;
@@ -211,6 +219,7 @@ void update_newton_matrix(System& system, double t, const double* y, const doubl
   VecX base_rate(size);
   if (rates) base_rate = Eigen::Map<const VecX>(rates, size);
   else state_rate(system, t, y, base_rate.data());
+  if (known) complete_mass_matrices(system);
   update_directions(system, y, all, out);
   if (fresh) {
     out.A.setZero(nw, nw);
@@ -223,8 +232,9 @@ void update_newton_matrix(System& system, double t, const double* y, const doubl
   difference_columns(system, {t, y, base_rate, all, 1.5e-8, known}, out.A, out.B);
 }
 
-void update_closed_matrix(const System& system, const double* y, MechanicalJacobian& out) {
+void update_closed_matrix(System& system, const double* y, MechanicalJacobian& out) {
   const std::vector<Direction> all = directions(system);
+  if (closed_form(system)) complete_mass_matrices(system);
   update_directions(system, y, all, out);
   out.A.setZero(static_cast<Eigen::Index>(all.size()), static_cast<Eigen::Index>(all.size()));
   out.B = out.A;

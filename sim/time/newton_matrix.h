@@ -19,7 +19,7 @@ namespace flexframe::sim {
 void update_newton_matrix(System& system, double t, const double* y, const double* rates, bool fresh, MechanicalJacobian& out);
 
 // T, P and of A and B only what is known in closed form at y, the state that was evaluated last; the rest of them is zero.
-void update_closed_matrix(const System& system, const double* y, MechanicalJacobian& out);
+void update_closed_matrix(System& system, const double* y, MechanicalJacobian& out);
 
 // All columns of A and B at (t, y) by differences wide enough for what is left beside the stiffness: a millionth of the component's size.
 void difference_rates(System& system, double t, const double* y, MatX& A, MatX& B);

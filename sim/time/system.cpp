@@ -5,6 +5,7 @@
 #include "sim/dynamics/kinematics.h"
 #include "sim/dynamics/loads.h"
 #include "sim/dynamics/massless.h"
+#include "sim/dynamics/reduced_mass.h"
 #include "sim/dynamics/stops.h"
 #include "sim/model/joint_motion.h"
 
@@ -66,7 +67,8 @@ void move(const Model& model, W& work) {
 template <class W>
 void evaluate(System& system, W& work, double& supplied, double& dissipated) {
   move(system.model, work);
-  accelerate(system, work);
+  if (system.friction.points.empty()) update_accelerations_alone(system.model, work);
+  else accelerate(system, work);
   if (!system.quadrature) return;
   supplied = work.applied;
   if (system.driven) {

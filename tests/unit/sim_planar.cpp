@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
 
 namespace flexframe::sim {
@@ -13,14 +14,15 @@ namespace {
 
 System system_of(const std::string& text) { return make_system(parse_scene(text, "test.toml")); }
 
-// States about the start: coordinates a hundredth, rates a tenth of a unit away, elastic ones a thousandth of that.
-VecX random_state(const System& system, std::mt19937& random) {
+// States about the start: coordinates a hundredth, rates a tenth of a unit away, elastic ones a thousandth of that, and less by this power
+// of their number.
+VecX random_state(const System& system, std::mt19937& random, double falls = 0.0) {
   std::normal_distribution<double> normal;
   VecX y = pack_state(system, Eigen::Vector2d::Zero());
   int rate = system.model.nq;
   for (const Part& p : system.model.parts) {
     for (int k = 0; k < p.joint.nq; ++k) y[p.q0 + k] += 1e-2 * normal(random);
-    for (int k = 0; k < p.body.n; ++k) y[p.eq0 + k] += 1e-5 * normal(random);
+    for (int k = 0; k < p.body.n; ++k) y[p.eq0 + k] += 1e-5 * std::pow(k + 1.0, -falls) * normal(random);
   }
   for (size_t c = 0; c < system.model.clusters.size(); ++c)
     for (int k : system.work.clusters[c].partition.ind) {
@@ -32,13 +34,13 @@ VecX random_state(const System& system, std::mt19937& random) {
   return y;
 }
 
-void compare(const std::string& text) {
+void compare(const std::string& text, double falls = 0.0) {
   System planar = system_of(text), spatial = system_of(text);
   ASSERT_NE(planar.plane, nullptr);
   spatial.plane.reset();
   std::mt19937 random(7);
   for (int trial = 0; trial < 4; ++trial) {
-    const VecX y = random_state(planar, random);
+    const VecX y = random_state(planar, random, falls);
     VecX a(y.size()), b(y.size());
     state_rate(planar, 0.3, y.data(), a.data());
     state_rate(spatial, 0.3, y.data(), b.data());
@@ -91,6 +93,58 @@ TEST(Planar, BeamsInATreeWithLoads) {
       "[[force]]\nkind = \"force\"\non = \"two.tip\"\ndirection = [0, 1, 0]\nframe = \"body\"\nvalue = \"2\"\n"
       "[[force]]\nkind = \"force\"\non = \"one.middle\"\ndirection = [1, 0, 0]\nvalue = \"t\"\n"
       "[[force]]\nkind = \"distributed\"\non = \"one\"\ndirection = [0, -1, 0]\nvalue = \"5\"\n");
+}
+
+// Where bodies move in many modes of their own no mass matrix is made (reduced_mass.h): still the equations in space, and what loads
+// change.
+void compare_reduced(const std::string& text, bool loaded) {
+  SCOPED_TRACE(text);
+  compare(text, 2.0);
+  System system = system_of(text);
+  std::mt19937 random(3);
+  const VecX y = random_state(system, random, 2.0);
+  VecX a(y.size()), b(y.size()), kept;
+  state_rate(system, 0.3, y.data(), a.data());
+  bool reduced = false;
+  for (const ClusterWork& cw : system.work.clusters) reduced = reduced || (!cw.partition.ind.empty() && cw.L.size() == 0);
+  EXPECT_TRUE(reduced);
+  if (!loaded) return;
+  keep_load_responses(system, kept);
+  ASSERT_TRUE(follow_loads(system, 0.3, 0.9, kept, a.data()));
+  state_rate(system, 0.9, y.data(), b.data());
+  EXPECT_LE((a - b).cwiseAbs().maxCoeff(), 1e-10 * b.cwiseAbs().maxCoeff());
+  state_rate(system, 0.3, y.data(), b.data());
+  EXPECT_GT((a - b).cwiseAbs().maxCoeff(), 1e-8 * b.cwiseAbs().maxCoeff());
+}
+
+TEST(Planar, ModesWithoutAMassMatrix) {
+  const std::string in_plane = "effects = [\"bending_xy\", \"stiffening\"]", push = torque("rod.middle", "[0, 0, 1]");
+  const auto rod = [&](int elements) { return beam("rod", 0.3, elements, in_plane); };
+  compare_reduced(
+      simulation("[1, -9.81, 0]") + rod(8) + push + joint("base", "revolute", "ground", "rod.root", "initial = { value = 0.4 }"), true);
+  compare_reduced(simulation("[1, -9.81, 0]") + rod(8) + push +
+                      joint("base", "planar", "ground", "rod.middle", "initial = { value = [0.1, 0.2, 0.3] }"),
+                  true);
+  // On what turns as prescribed.
+  compare_reduced(simulation("[0, -9.81, 0]") + block("hub") + rod(8) +
+                      joint("drive", "revolute", "ground", "hub", "motion = \"0.3 + 2*t + t^2\"") +
+                      joint("hinge", "revolute", "hub.b", "rod.root", "initial = { value = 0.4 }"),
+                  false);
+  // Loops: with a block, with a point mass, with none, and two beams that pull each other.
+  for (const std::string& slider :
+       {flat("slider", "[0.02, 0.01, 0]"), std::string("[[body]]\nname = \"slider\"\nkind = \"rigid\"\nmass = 0.2\ninertia = [0, 0, 0]\n"),
+        std::string("[[body]]\nname = \"slider\"\nkind = \"rigid\"\nmass = 0\ninertia = [0, 0, 0]\n")})
+    compare_reduced(simulation("[1, -9.81, 0]") + beam("crank", 0.152, 4, in_plane) + rod(9) + slider + push +
+                        joint("shaft", "revolute", "ground", "crank.root", "initial = { value = 0.5, rate = 3 }") +
+                        joint("pin", "revolute", "crank.tip", "rod.root") + joint("wrist", "revolute", "rod.tip", "slider") +
+                        joint("guide", "prismatic", "ground", "slider", "axis = [1, 0, 0]") +
+                        "[[force]]\nkind = \"force\"\non = \"slider\"\ndirection = [1, 0, 0]\nvalue = \"3*t\"\n",
+                    true);
+  compare_reduced(simulation("[0, -9.81, 0]") + flat("left", "[0.05, 0, 0]") + rod(9) + flat("right", "[0.05, 0, 0]") + push +
+                      joint("one", "revolute", "ground", "left", "initial = { value = 1.2 }") +
+                      joint("two", "revolute", "left.b", "rod.root") + joint("three", "revolute", "rod.tip", "right.b") +
+                      joint("four", "revolute", "ground", "right", "position = [0.3, 0, 0]"),
+                  true);
 }
 
 TEST(Planar, RigidBodiesWithSlidersAndPlanarJoints) {
