@@ -23,6 +23,14 @@ constexpr double tail_undamped = 1.28;
 // where none is known: half as many modes more, of which what lacks falls as n^-3. Its price then: twice the one before.
 constexpr double least_fall = 1.2, best_fall = 3.4, usual_growth = 2.0;
 
+// What two runs with different modes are apart by, less the squares of what their errors of time may make of it. These are thought larger
+// than they are: what they could hide altogether is still half there (bridge of seed 6: 3.4e-4 beside 3.0e-4 of time was taken for
+// nothing, the result 1.08e-3 off where 9.0e-4 was told).
+double beyond_time(double apart, double of_time) {
+  constexpr double seen = 0.5;
+  return std::max(seen * apart, std::sqrt(std::max(0.0, apart * apart - of_time)));
+}
+
 struct Followed {
   Task& t;
   double limit;
@@ -139,7 +147,7 @@ bool Followed::judge_all_at_once() {
     return false;
   }
   const MatX left = relative(*judge, *here);
-  const double of_space = std::sqrt(std::max(0.0, std::pow(largest(left), 2) - 2.0 * std::pow(largest(time), 2)));
+  const double of_space = beyond_time(largest(left), 2.0 * std::pow(largest(time), 2));
   space = of_space > 0.0 ? MatX(left * (tail_undamped * of_space / largest(left))) : MatX::Zero(time.rows(), time.cols());
   // Bodies pass what they lack on to each other (slider-crank with an elastic crank: 4.0e-3 told where 1.0e-2 was true).
   const bool several = std::any_of(list.begin(), list.end(), [&](const Refinement& r) { return r.body != list.front().body; });
@@ -196,7 +204,7 @@ void Followed::judge_space() {
     // Both runs bring their errors of time, which have nothing to do with each other where modes vibrate; volumes that turn far are wrong
     // in the same way in both (a cantilever let go under 40 m/s^2: 3.0e-3 told where 1.2e-2 was true).
     const double of_time = r.body ? 2.0 * std::pow(largest(time), 2) : 0.0;
-    r.left = std::sqrt(std::max(0.0, std::pow(largest(left), 2) - of_time));
+    r.left = beyond_time(largest(left), of_time);
     if (r.left > 0.0) squares += (left * (r.error() / largest(left))).cwiseAbs2();
     worst = std::max(worst, r.error());
   }
@@ -220,12 +228,14 @@ double Followed::total(const MatX& in_time) {
 void Followed::take_looser() {
   const double tight = setting.tolerance;
   long least = here->statistics.evaluations;
+  const MatX of_this = time;
   MatX of_cheapest = time;
   for (const double factor : {32.0, 16.0, 10.0, 6.0, 4.0, 2.0}) {
     const std::optional<Histories> other =
         search.run_within(search.at({setting.level, factor * tight}), 2.0 * here->statistics.cpu_seconds);
     if (!other || other->statistics.evaluations >= least) continue;
-    const MatX apart_by = relative(*other, *here);
+    // This one is not the truth: what it is wrong by comes on top.
+    const MatX apart_by = relative(*other, *here).cwiseAbs() + of_this.cwiseAbs();
     if (total(apart_by) > t.accuracy) continue;
     least = other->statistics.evaluations;
     of_cheapest = apart_by;

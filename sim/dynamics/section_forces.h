@@ -15,11 +15,12 @@ struct CutBeam {
   int part = -1;
   int body = -1;                 // of the scene
   double mass_per_length = 0.0;  // kg/m
-  double polar_inertia = 0.0;    // rho (Iy + Iz), kg m
+  Mat3 rotary = Mat3::Zero();    // of the sections per length, section axes, kg m: what the part's inertia has of it
+  bool turns = false;            // it is there about y and z too, and turns with the sections (the effect shear)
   std::vector<double> x;         // m from the part's root: its nodes, what joints and loads hold, and points between them
   double longer = 1.0;           // length of a curved axis over that of the part, which is its chord
   std::vector<Vec3> beside;      // from the part's axis to the curved one, at each place
-  std::vector<MatX> phi, psi;    // 3 x n a place: displacement and rotation per elastic coordinate (straight between nodes)
+  std::vector<MatX> phi, psi;    // 3 x n a place: displacement and rotation per elastic coordinate (cubic and straight between nodes)
   // Of the state last evaluated: place and axes of every section in the part's body frame, and the wrench that the outboard side exerts on
   // the inboard one [N Vy Vz T My Mz] about the section's centre, section axes, at both ends of every interval (N, Nm; tension positive).
   std::vector<Vec3> place;

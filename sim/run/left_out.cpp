@@ -400,7 +400,7 @@ double LeftOut::moved_mass(const System& system, const Item* item, const Moved& 
       const Vec6& m = (*places)[k];
       const Vec3 at = d.head<3>() + d.tail<3>().cross(beam->place[k]) + m.head<3>();
       const double turn = d[3] + m[3];
-      return beam->mass_per_length * at.squaredNorm() + beam->polar_inertia * turn * turn;
+      return beam->mass_per_length * at.squaredNorm() + beam->rotary(0, 0) * turn * turn;
     };
     for (size_t k = 0; k + 1 < beam->x.size(); ++k) sum += 0.5 * (beam->x[k + 1] - beam->x[k]) * (square(k) + square(k + 1));
   }

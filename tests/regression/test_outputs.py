@@ -85,6 +85,34 @@ def turned(folder):
         near(h[f"s.{column}"][0], plain[f"s.{column}"][0], 1e-5 * max(1, abs(plain[f"s.{column}"][0])), f"turned world: {column}")
 
 
+def sections_in_motion(folder):
+    """A stubby rigid rod, swung about its hinge: the moment by the rod's own inertia and that of its sections. And
+    a cantilever that vibrates: cut at its root it has what the clamp says, though its elements are long beside the second mode's waves."""
+    a, at = 50.0, ("05", "5")
+    rod = f"""[[body]]
+name = "rod"
+kind = "beam"
+length = {L}
+section = {{ shape = "rectangle", width = 0.1, height = 0.4 }}
+material = {{ density = {RHO}, youngs_modulus = {E}, poisson = 0.3 }}
+keep_modes = 0
+effects = ["bending_xy", "shear"]
+"""
+    drive = joint("hinge", "revolute", "ground", "rod", motion=f"{a / 2}*t^2") + output("r", "hinge", "reaction")
+    cuts = "".join(output(f"s{x}", "rod", "section_force", f"at = 0.{x}") for x in at)
+    h = simulate(folder, simulation(0.01) + rod + drive + cuts, "swung")
+    mass, turning = RHO * 0.1 * 0.4, RHO * 0.1 * 0.4**3 / 12
+    for x in at:
+        s = float(f"0.{x}") * L
+        moment = -a * (mass * ((L**3 - s**3) / 3 - s * (L**2 - s**2) / 2) + turning * (L - s))
+        near(h[f"s{x}.Mz"][0], moment, 1e-6 * a * mass * L**3 / 3, f"swung rod: M at 0.{x}")
+    free = CANTILEVER.replace("MODEL", 'effects = ["bending_xy"]').replace("ROTATION", "").replace('start = "static"', "")
+    free = free.replace("duration = 0.01", "duration = 0.2\ntolerance = 1e-7").replace("value = 3", "value = 0").replace("1000", "0")
+    h = simulate(folder, free + output("s", "rod", "section_force", "at = 0") + output("r", "wall", "reaction"), "vibrates")
+    worst = max(abs(s + r) for s, r in zip(h["s.Mz"], h["r.mz"]))
+    near(worst, 0.0, 4e-3 * (max(h["r.mz"]) - min(h["r.mz"])), "vibrating cantilever: the root's moment is the wall's")
+
+
 SPRING = (
     simulation(2, output_rate=500, tolerance=1e-9, gravity=[0, -9.81, 0])
     + ground(top=[0, 1, 0])
@@ -471,7 +499,21 @@ def heads(folder):
 
 with tempfile.TemporaryDirectory() as name:
     here = pathlib.Path(name)
-    for test in (sections, turned, forces, friction, tables, friction_at_the_start, frames, units, units_everywhere, works, errors, heads):
+    for test in (
+        sections,
+        turned,
+        sections_in_motion,
+        forces,
+        friction,
+        tables,
+        friction_at_the_start,
+        frames,
+        units,
+        units_everywhere,
+        works,
+        errors,
+        heads,
+    ):
         print(f"-- {test.__name__}", flush=True)
         test(here)
 finish()

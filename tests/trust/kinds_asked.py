@@ -1,9 +1,10 @@
 """Scenes that ask for an accuracy: cranes, discs on shafts, arms with payloads, stops, mechanisms with elastic rods.
 
-The truth is the richest model at tolerance 1e-9; the claim is what was asked. A search that takes long has to end, with a sentence."""
+The truth is the richest model at tolerance 1e-9, 1e-10 and 1e-11 where 1e-3 and 1e-4 are asked (a disc on a shaft was 2.5e-4 off at 1e-9);
+the claim is what was asked. A search that takes long has to end, with a sentence."""
 import math
 
-from kinds_rich import ALL, first_bending, pair, smooth
+from kinds_rich import ALL, TIGHT, first_bending, pair, smooth
 from scene import beam, force, joint, output, pick, rigid, simulation, sizes, weld
 
 STEEL = {"E": 2.1e11, "rho": 7850.0, "poisson": 0.3}
@@ -11,7 +12,9 @@ STEEL = {"E": 2.1e11, "rho": 7850.0, "poisson": 0.3}
 
 def asked(r, make, what, rich=ALL.format(24), accuracy=None):
     accuracy = accuracy or 10.0 ** -r.randint(1, 4)
-    return pair(make, f"{what}; accuracy {accuracy:g}", rich=rich, words=("--accuracy", repr(accuracy)), claim=accuracy)
+    tight = [f"{min(1e-9, 1e-7 * accuracy):.0e}" if word == "1e-9" else word for word in TIGHT]
+    words = ("--accuracy", repr(accuracy))
+    return pair(make, f"{what}; accuracy {accuracy:g}", rich=rich, words=words, claim=accuracy, truth_words=tuple(tight))
 
 
 def crane(r, accuracy=None):

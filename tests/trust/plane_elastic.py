@@ -322,7 +322,8 @@ def converged(model, times, readings, start=None, want=1e-3, per=4, most=32):
         now = readings(model, *states)
         rich = None if last is None else {k: (4 * now[k] - last[k]) / 3 for k in now}
         if best is not None:
-            worst = max((np.nanmax(abs(rich[k] - best[k])) / np.nanmax(np.ptp(rich[k], axis=0)), k) for k in rich)
+            told = {k: v[~np.isnan(v).all(axis=1)] for k, v in rich.items()}  # samples that have a truth
+            worst = max((np.nanmax(abs(rich[k] - best[k])) / np.nanmax(np.ptp(told[k], axis=0)), k) for k in rich)
             if worst[0] < want:
                 return rich
             if 2 * per > most:

@@ -245,7 +245,9 @@ class Machine:
     # ---- what is read: outputs of the scene, with their truth from one state (t, q, v, a, multipliers)
 
     def read(self, name, of, quantity, value, scale=None, more=""):
-        self.readings[name] = (value, scale)
+        """Forces and accelerations have no truth at the first instant of a weight that comes at once: a joint then holds the share of
+        the nearest node alone, half an element's (8 elements: 2 %, 24: 0.7 %; in truth nothing)."""
+        self.readings[name] = (value, scale, quantity)
         self.parts.append(f'[[output]]\nname = "{name}"\nof = "{of}"\nquantity = "{quantity}"\n{more}\n\n')
 
     def position(self, name, frame):
@@ -330,14 +332,18 @@ class Machine:
 
         def truth(times):
             def read(plane, q, v, a, l):
-                return {k: np.array([f(t, *state) for t, *state in zip(times, q, v, a, l)], float) for k, (f, _) in self.readings.items()}
+                out = {k: np.array([f(t, *state) for t, *state in zip(times, q, v, a, l)], float) for k, (f, _, _) in self.readings.items()}
+                for k, (_, _, quantity) in self.readings.items():
+                    if quantity in ("reaction", "acceleration", "section_force", "stress") and not rest and self.plane.gravity.any():
+                        out[k][0] = np.nan
+                return out
 
             def static(plane):
                 return plane.rest()
 
             return plane_elastic.converged(self.plane, times, read, static if rest else None, want, per, most)
 
-        scales = {k: s for k, (_, s) in self.readings.items() if s}
+        scales = {k: s for k, (_, s, _) in self.readings.items() if s}
         return Scene(text, truth, scales, what, words=words, claim=claim)
 
 

@@ -206,7 +206,8 @@ def compare(scene, history, truth):
             known = ~np.isnan(true[:, part]).all(axis=0)
             if not known.any():
                 continue
-            a, b = history[name][:, part][:, known], true[:, part][:, known]
+            there = ~np.isnan(true[:, part][:, known]).any(axis=1)  # samples that have a truth
+            a, b = history[name][there, part][:, known], true[there, part][:, known]
             if scene.sizes_only:
                 a, b = abs(a), abs(b)
             difference = np.linalg.norm(a - b, axis=1).max()
@@ -293,7 +294,8 @@ def keep(folder, program, scene, seed, verdict, error, claim, said):
 
 def title(kind):
     """What a kind is, from its docstring."""
-    return kind.__doc__.splitlines()[0].rstrip(".").split(":")[0]
+    line = kind.__doc__.splitlines()[0].rstrip(".")
+    return line.replace("Asked: ", "Asked for an accuracy, ") if line.startswith("Asked: ") else line.split(":")[0]
 
 
 def table(rows):
