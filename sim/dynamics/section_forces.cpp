@@ -74,6 +74,7 @@ SectionForces::SectionForces(const Model& model, const Scene& scene) : at_(model
     const Section section = piece_section(*def, part.piece);
     if (def->axis) beam.longer = piece_length(*def, part.piece) / piece_of(*def, part.piece, 0.0).length;
     beam.mass_per_length = beam.longer * def->material.density * section.area;
+    beam.shortens = !part.body.nodes.empty() && part.body.nodes.back().phi2[0].size() > 0;
     const double length = part.body.mass / beam.mass_per_length, same = 1e-9 * def->length;
     if (def->axis) beam.rotary(0, 0) = beam.longer * def->material.density * mass_moments(section).head<2>().sum();
     else set_rotary(part.body, length, beam);
@@ -207,12 +208,17 @@ void SectionForces::cut(const Model& model, const Work& work, size_t beam) {
 void SectionForces::evaluate(const Model& model, Work& work, const Reactions& reactions) {
   for (CutBeam& b : beams_) {
     const VecX& q = work.parts[b.part].q;
+    double shorter = 0.0;  // by the slopes from the root on
+    Vec3 before = Vec3::Zero();
     for (size_t k = 0; k < b.x.size(); ++k) {
       b.place[k] = Vec3(b.x[k], 0.0, 0.0);
       b.axes[k].setIdentity();
       if (q.size() > 0) {
-        b.place[k] += b.phi[k] * q;
-        b.axes[k] = rotation_exp(b.psi[k] * q);
+        const Vec3 turned = b.psi[k] * q, slope(0.0, turned.y(), turned.z());
+        if (b.shortens && k > 0) shorter += (b.x[k] - b.x[k - 1]) / 6.0 * (before.squaredNorm() + before.dot(slope) + slope.squaredNorm());
+        before = slope;
+        b.place[k] += b.phi[k] * q - Vec3(shorter, 0.0, 0.0);
+        b.axes[k] = rotation_exp(turned);
       }
       b.place[k] += b.axes[k] * b.beside[k];
     }

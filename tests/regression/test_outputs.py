@@ -106,6 +106,13 @@ effects = ["bending_xy", "shear"]
         s = float(f"0.{x}") * L
         moment = -a * (mass * ((L**3 - s**3) / 3 - s * (L**2 - s**2) / 2) + turning * (L - s))
         near(h[f"s{x}.Mz"][0], moment, 1e-6 * a * mass * L**3 / 3, f"swung rod: M at 0.{x}")
+    # A strip under a load that bends it through 0.25 rad: the lever from its middle is what lies between, shortened by the slopes.
+    bent = CANTILEVER.replace("MODEL", "frames = { mid = 0.5 }").replace("ROTATION", "").replace(f"-{G}", "0")
+    force_y = 0.5 * E * B * H**3 / 12 / L**2
+    bent = bent.replace("direction = [1, 0, 0]", "direction = [0, 1, 0]", 1).replace("value = 1000", f"value = {force_y}")
+    places = "".join(output(f"p{x}", f"rod.{x}", "position") for x in ("mid", "tip"))
+    h = simulate(folder, bent + places + output("s", "rod", "section_force", "at = 0.5"), "bent")
+    near(h["s.Mz"][0], force_y * (h["ptip.x"][0] - h["pmid.x"][0]), 1e-4 * force_y * L, "bent strip: M at its middle")
     free = CANTILEVER.replace("MODEL", 'effects = ["bending_xy"]').replace("ROTATION", "").replace('start = "static"', "")
     free = free.replace("duration = 0.01", "duration = 0.2\ntolerance = 1e-7").replace("value = 3", "value = 0").replace("1000", "0")
     h = simulate(folder, free + output("s", "rod", "section_force", "at = 0") + output("r", "wall", "reaction"), "vibrates")
