@@ -170,7 +170,7 @@ def snap(folder):
 
 
 def mesh(folder):
-    (folder / "wedge.obj").write_text(re.search(r"```obj\n(.*?)```", page, re.S).group(1))
+    (folder / "wedge.obj").write_text(re.search(r"```text\n(?=v )(.*?)```", page, re.S).group(1))
     expect("120" in run("info", folder / "wedge.obj").stdout, "the wedge's size")
     h = simulate("Your own mesh", folder)
     # A pendulum: energy between the start and the end, by the inertia about the pin.
