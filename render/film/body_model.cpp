@@ -681,8 +681,8 @@ void beam_stresses(const BeamStress& stress, const sim::ResultBody& body, std::s
   for (size_t i = 0; i < stress.vertices.size(); ++i) {
     const BeamStress::Vertex& v = stress.vertices[i];
     const auto [e, e_rates] = strains.at(v);
-    const auto value = [&](const sim::SectionStrains& strains, const Eigen::Vector2d& rates) {
-      return measure_of(sim::stress_at(strains, rates, stress.youngs_modulus, stress.shear_modulus, v.at), measure);
+    const auto value = [&](const sim::SectionStrains& there, const Eigen::Vector2d& rates) {
+      return measure_of(sim::stress_at(there, rates, stress.youngs_modulus, stress.shear_modulus, v.at), measure);
     };
     double worst = value(e, e_rates);
     if (v.other >= 0) {
