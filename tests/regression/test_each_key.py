@@ -284,7 +284,7 @@ value = 0
 def recipes(folder):
     """The scenes of RECIPES.md; the files that these and `rest` name are put into the folder."""
     page = (source / "sim" / "RECIPES.md").read_text()
-    (folder / "wedge.obj").write_text(page.split("```obj\n")[1].split("```")[0])
+    (folder / "wedge.obj").write_text(re.search(r"```text\n(?=v )(.*?)```", page, re.S).group(1))
     (folder / "more.toml").write_text("[parameters]\nmore = 1\n")
     return [part.split("```")[0] for part in page.split("```toml\n")[1:]]
 
