@@ -119,11 +119,11 @@ SplineRows rows_of_degree(std::span<const double> at, std::span<const int> colum
 }  // namespace
 
 SplineRows spline_rows(std::span<const double> at, std::span<const double> wanted, double period) {
-  if (at.size() < 2) throw ArgumentError("a spline needs at least two values");
+  const int n = static_cast<int>(at.size());
+  if (n < 2) throw ArgumentError("a spline needs at least two values");
   // A closed line is continued over its ends, round and round.
   std::vector<double> line(at.begin(), at.end());
   std::vector<int> column(at.size());
-  const int n = static_cast<int>(at.size());
   for (int i = 0; i < n; ++i) column[i] = i;
   if (period > 0.0) {
     line.clear();

@@ -17,6 +17,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace flexframe::film {
 namespace {
@@ -149,9 +150,38 @@ std::string values_wanted(const RenderSettings& settings) {
   return fmt::format("elastic displacement (color_by = \"{}\")", settings.color_by == ColorBy::strain ? "strain" : "map_error");
 }
 
+// What rounding leaves of a value that is zero, in its unit: positions are held to the last bit of the scene's size, displacements in
+// single precision, and a speed is their difference over one sample's spacing.
+double rounding_of(const Animation& animation, const Survey& survey) {
+  constexpr double eps = std::numeric_limits<double>::epsilon(), coarse = std::numeric_limits<float>::epsilon();
+  const auto& times = animation.results->times;
+  switch (animation.settings.color_by) {
+    case ColorBy::strain:
+      return eps;
+    case ColorBy::displacement:
+    case ColorBy::mode:
+      return eps * machine_size(*animation.results, animation.bodies);
+    case ColorBy::velocity:
+      if (times.size() < 2) return 0.0;
+      return (eps * machine_size(*animation.results, animation.bodies) + coarse * survey.largest_displacement) *
+             static_cast<double>(times.size() - 1) / (times[times.size() - 1] - times[0]);
+    default:
+      return 0.0;
+  }
+}
+
 void set_colors(Animation& animation, const Survey& survey) {
   double all = survey.largest_scalar, at = 0.0;
-  const double largest = upper_end(animation, survey, all, at);
+  double largest = upper_end(animation, survey, all, at);
+  if (largest > 0.0 && all <= rounding_of(animation, survey)) {
+    const ColorBy by = animation.settings.color_by;
+    const auto [name, unit] = by == ColorBy::velocity ? std::pair("speed", "m/s")
+                              : by == ColorBy::strain ? std::pair("strain", "m/m")
+                                                      : std::pair("displacement", "m");
+    animation.notes.push_back(
+        fmt::format("no colours: the largest {}, {:.2g} {}, is no more than the rounding of positions", name, all, unit));
+    largest = all = 0.0;
+  }
   render::ScalarMap& map = animation.scalar_map;
   map.colormap = animation.settings.colormap;
   map.lightened = animation.settings.studio;

@@ -187,6 +187,41 @@ void set_key(TomlValue& root, const std::string& path, TomlValue value) {
   entry(*at, parts.back(), value.type, at->line) = std::move(value);
 }
 
+void erase_key(TomlValue& table, const std::string& key) {
+  for (std::size_t k = table.keys.size(); k-- > 0;)
+    if (table.keys[k] == key) {
+      const auto at = static_cast<std::ptrdiff_t>(k);
+      table.keys.erase(table.keys.begin() + at);
+      table.key_lines.erase(table.key_lines.begin() + at);
+      table.items.erase(table.items.begin() + at);
+    }
+}
+
+// Keys that say the same thing in other ways than a set one: the file's go, as its own value of that key does.
+struct OtherWays {
+  std::string_view key;
+  std::vector<std::string> gone;
+};
+const std::vector<OtherWays> other_ways = {
+    {"simulation.tolerance", {"accuracy"}},
+    {"simulation.accuracy", {"tolerance"}},
+    {"render.camera.views", {"path", "position", "target", "direction", "orbit", "preset", "fit"}},
+    {"render.camera.position", {"path", "views", "direction", "preset", "fit", "window"}},
+    {"render.camera.direction", {"path", "views", "position", "target", "preset", "fit"}},
+    {"render.camera.path", {"views", "position", "target", "direction", "preset", "window"}},
+    {"render.camera.preset", {"path", "views", "position", "target", "direction"}},
+};
+
+void make_room(TomlValue& root, const std::string& path) {
+  const auto way = std::find_if(other_ways.begin(), other_ways.end(), [&](const OtherWays& w) { return w.key == path; });
+  if (way == other_ways.end()) return;
+  const std::vector<std::string> parts = split_path(path);
+  TomlValue* at = &root;
+  for (std::size_t k = 0; at && k + 1 < parts.size(); ++k) at = at->find(parts[k]);
+  if (!at || at->type != TomlValue::Type::table) return;
+  for (const std::string& key : way->gone) erase_key(*at, key);
+}
+
 Parameters read_parameters(const TableReader& root) {
   Parameters parameters;
   const auto reader = root.table("parameters");
@@ -239,18 +274,12 @@ SceneDocument parse_document(std::string_view text, const fs::path& name, std::s
     place_instances(document.root, name.string(), document.parameters);
     changed = true;
   }
+  for (const auto& [path, value] : keys) make_room(document.root, path);
   for (auto& [path, value] : keys) set_key(document.root, path, std::move(value));
   if (!changed) return document;
 
   TomlValue& root = document.root;
-  for (const char* gone : {"include", "group", "instance"})
-    for (std::size_t k = root.keys.size(); k-- > 0;)
-      if (root.keys[k] == gone) {
-        const auto at = static_cast<std::ptrdiff_t>(k);
-        root.keys.erase(root.keys.begin() + at);
-        root.key_lines.erase(root.key_lines.begin() + at);
-        root.items.erase(root.items.begin() + at);
-      }
+  for (const char* gone : {"include", "group", "instance"}) erase_key(root, gone);
   std::string made;
   for (const std::string& setting : settings) made += fmt::format(" --set {}", quote(setting));
   document.text = fmt::format("# {} as it was run{}: settings, included files and instances in their place\n{}",

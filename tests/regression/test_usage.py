@@ -128,6 +128,26 @@ with temporary_folder() as folder:
     run("render", "--scales", "1", "5", results, "-o", folder / "before", *small, cwd=folder)
     expect((folder / "before/frames/frame_00020.png").read_bytes() == picture("again", "--scales", "1", "5"), "a list before the file")
     (folder / "style.toml").write_text('[render]\ncolormap = "turbo"\nbackground = "white"\n')
+    # A view or a place on the command line takes the place of whatever camera the file has.
+    (folder / "no_camera.toml").write_text("[render]\n")
+    two_views = picture("v", "--scene", folder / "no_camera.toml", "--view", "front,iso")
+    one_place = picture("p", "--scene", folder / "no_camera.toml", "--camera", ",".join(place[0]), "--target", ",".join(place[1]))
+    for k, camera in enumerate(
+        (
+            "direction = [-0.35, 1, -0.22]",
+            "orbit = 90",
+            "position = [1, 2, 3]\ntarget = [0, 0, 0]",
+            'preset = "iso"',
+            'views = ["top"]',
+            "window = [0, 0.1]",
+            "path = [{ t = 0, position = [1, 2, 3] }, { t = 1, position = [2, 2, 3] }]",
+        )
+    ):
+        file = folder / f"camera_{k}.toml"
+        file.write_text(f"[render.camera]\n{camera}\n")
+        expect(camera.startswith("window") or picture(f"v{k}", "--scene", file, "--view", "front,iso") == two_views, f"--view beside {camera}")
+        here = picture(f"p{k}", "--scene", file, "--camera", ",".join(place[0]), "--target", ",".join(place[1]))
+        expect(camera == "orbit = 90" or here == one_place, f"--camera beside {camera}")
     styled = picture("styled", "--scene", folder / "style.toml")
     expect(styled != plain, "a file with only [render] does nothing")
     run("run", pendulum, "-o", folder / "word", *small, "--colormap", "turbo", "--background", "white", "--speed", "0.25", cwd=folder)
