@@ -156,7 +156,7 @@ struct Moved {
   }
   // Integral of a rate over the j-th double step of an interval, by Simpson's rule.
   template <typename Rate>
-  Vec3 over(const Interval& i, int j, const Rate& rate) const {
+  Vec3 over(const Interval& i, Eigen::Index j, const Rate& rate) const {
     const Eigen::Index g = i.first + 2 * j;
     return i.length / (6.0 * steps) * (rate(g) + 4.0 * rate(g + 1) + rate(g + 2));
   }
@@ -222,9 +222,9 @@ void Moved::integrate() {
     const Interval i = interval(k);
     Vec3 at = motion.u.row(i.from).transpose();
     u.row(i.first) = at.transpose();
-    for (int j = 0; j < steps; ++j) u.row(i.first + 2 * j + 2) = (at += over(i, j, rate)).transpose();
+    for (Eigen::Index j = 0; j < steps; ++j) u.row(i.first + 2 * j + 2) = (at += over(i, j, rate)).transpose();
     const Vec3 rest = motion.u.row(i.to).transpose() - at;
-    for (int j = 1; j <= steps; ++j) u.row(i.first + 2 * j) += (static_cast<double>(j) / steps * rest).transpose();
+    for (Eigen::Index j = 1; j <= steps; ++j) u.row(i.first + 2 * j) += (static_cast<double>(j) / steps * rest).transpose();
   }
 }
 

@@ -364,7 +364,11 @@ void set_camera(Animation& animation, const std::vector<glm::dvec3>& points, con
 
   if (animation.settings.ground && animation.settings.background != BackgroundKind::transparent)
     animation.ground = render::default_ground(seen, fit.up);
-  if (animation.ground) animation.ground->lines = animation.settings.grid;
+  if (animation.ground) {
+    animation.ground->lines = animation.settings.grid;
+    // As far from the dark backdrop as the lines of the others are from theirs (contrast 2.1), below what is drawn in front of them.
+    if (animation.settings.background == BackgroundKind::dark) animation.ground->line_color = glm::vec3(0.29f, 0.32f, 0.36f);
+  }
   render::Picture picture;
   picture.size = animation.settings.size;
   fill_overlay(animation, 0.0, picture);
