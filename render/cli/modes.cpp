@@ -5,6 +5,7 @@
 #include "render/cli/json_text.h"
 #include "render/cli/terminal.h"
 #include "render/film/diagram.h"
+#include "render/film/overlay.h"
 #include "sim/base/file_output.h"
 #include "sim/base/words.h"
 #include "sim/bodies/body_file.h"
@@ -34,6 +35,13 @@ std::string mode_title(int k, const std::string& label) {
   char* end = nullptr;
   const double frequency = std::strtod(label.c_str() + colon + 1, &end);
   return std::string(end) == " Hz" ? fmt::format("mode {}, {:.4g} Hz", k, frequency) : label;
+}
+
+// ", drawn with 27 mm" where the colours are values that a mode has only for an amplitude.
+std::string amplitude_words(const film::RenderSettings& settings, double amplitude) {
+  if (settings.color_by != film::ColorBy::stress && settings.color_by != film::ColorBy::strain) return "";
+  const auto [unit, factor] = film::readable_unit("m", amplitude);
+  return fmt::format(", drawn with {:.3g} {}", amplitude * factor, unit);
 }
 
 // Nodes and shapes of the body, for the kernel map. Returns the largest displacement of a node in mode k.
@@ -165,7 +173,7 @@ void animate_body(const Words* w) {
     settings = swing_settings(settings, w->render);
     const std::string label = body.labels.empty() ? fmt::format("mode {}", k) : body.labels[k - 1];
     sim::Results results = swing(file, drawn, k - 1, amplitude, w->pictures, settings.frame_rate);
-    results.title = fmt::format("{}: {}", name, mode_title(k, label));
+    results.title = fmt::format("{}: {}{}", name, mode_title(k, label), amplitude_words(settings, amplitude));
     if (!mesh.empty()) results.bodies[0].mesh = fs::absolute(mesh).string();
     const std::string part = modes.size() == 1 ? name : fmt::format("mode_{:03}", k);
     const DrawingReport report = run_drawing(results, settings, nullptr, w->render, modes.size() == 1 ? out : out / part, part);
@@ -228,7 +236,7 @@ void animate_mechanism(const Words& w) {
     const sim::LinearMode& mode = linear.modes[k - 1];
     const film::RenderSettings settings = swing_settings(job.settings, w.render);
     sim::Results results = sim::swing_in_mode(system, mode, amplitude, w.pictures, w.pictures / settings.frame_rate);
-    results.title = fmt::format("{}: mode {}, {}", job.scene.title, k, mode_text(mode));
+    results.title = fmt::format("{}: mode {}, {}{}", job.scene.title, k, mode_text(mode), amplitude_words(settings, amplitude));
     const std::string part = modes.size() == 1 ? name : fmt::format("mode_{:03}", k);
     const DrawingReport report = run_drawing(results, settings, &job.scene, w.render, modes.size() == 1 ? out : out / part, part);
     if (!w.json) print_drawing(report);

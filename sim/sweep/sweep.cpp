@@ -150,6 +150,7 @@ void check_samples(const Sweep& sweep, const std::vector<std::size_t>& coarse, c
       tell_of_samples(sweep, fmt::format("{} {}: frequencies come out too low", fast->owner, fast_motion_text(*fast)), row);
   if (coarse.empty()) return;
   std::vector<std::string> names;
+  names.reserve(coarse.size());
   for (const std::size_t k : coarse) names.push_back(sweep.responses[k].name());
   tell_of_samples(
       sweep,
