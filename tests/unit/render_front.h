@@ -32,6 +32,15 @@ inline Picture front_view() {
   return p;
 }
 
+// Clip coordinates of samples, so that positions are samples: x, y in [0, size]; depth is z.
+inline glm::dmat4 clip_of(int width, int height) {
+  glm::dmat4 m(1.0);
+  m[0][0] = 2.0 / width;
+  m[1][1] = 2.0 / height;
+  m[3] = glm::dvec4(-1.0, -1.0, 0.0, 1.0);
+  return m;
+}
+
 inline glm::ivec3 at(const Image& image, int x, int y) {
   const std::uint8_t* p = &image.pixels[(std::size_t(y) * image.width + x) * image.channels];
   return {p[0], p[1], p[2]};

@@ -16,16 +16,16 @@
 namespace flexframe::render {
 namespace {
 
-// Clip coordinates of samples, so that positions are samples: x, y in [0, size]; depth is z.
-glm::dmat4 clip_of(int width, int height) {
-  glm::dmat4 m(1.0);
-  m[0][0] = 2.0 / width;
-  m[1][1] = 2.0 / height;
-  m[3] = glm::dvec4(-1.0, -1.0, 0.0, 1.0);
-  return m;
-}
-
 std::array<std::int64_t, 2> fixed(const glm::vec3& p) { return {std::llround(256.0 * p.x - 128.0), std::llround(256.0 * p.y - 128.0)}; }
+
+// The triangles alone, in samples, drawn by the raster: false where that leaves them to OpenGL.
+bool draw(const std::vector<glm::vec3>& positions, const std::vector<glm::uvec3>& triangles, Samples& samples, Raster& raster) {
+  Surface s;
+  s.positions = positions;
+  s.triangles = triangles;
+  raster.start(samples, 0, 0, samples.width, samples.height);
+  return raster.add(s, 1, clip_of(samples.width, samples.height), Facing::any);
+}
 
 // Whether the centre (x, y) lies strictly inside (1), on the rim (0) or outside (-1) of the triangle of corners rounded to 1/256 sample.
 int side_of(const glm::vec3* v, int x, int y) {
@@ -58,15 +58,11 @@ TEST(Raster, NearestTriangleAtEverySample) {
     }
     triangles.emplace_back(3 * i, 3 * i + 1, 3 * i + 2);
   }
-  Surface s;
-  s.positions = positions;
-  s.triangles = triangles;
   Samples samples;
   samples.width = width;
   samples.height = height;
   Raster raster;
-  raster.start(samples, 0, 0, width, height);
-  ASSERT_TRUE(raster.add(s, 1, clip_of(width, height), Facing::any));
+  ASSERT_TRUE(draw(positions, triangles, samples, raster));
   int looked_at = 0;
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
@@ -112,15 +108,11 @@ TEST(Raster, NoGapsAndNothingTwice) {
       for (int half = 0; half < 2; ++half) {
         const auto a = static_cast<unsigned>(j * (cells + 1) + i), up = static_cast<unsigned>(cells + 1);
         const std::vector<glm::uvec3> one = {half ? glm::uvec3(a, a + up + 1, a + up) : glm::uvec3(a, a + 1, a + up + 1)};
-        Surface s;
-        s.positions = positions;
-        s.triangles = one;
         Samples samples;
         samples.width = width;
         samples.height = height;
         Raster raster;
-        raster.start(samples, 0, 0, width, height);
-        ASSERT_TRUE(raster.add(s, 1, clip_of(width, height), Facing::any));
+        ASSERT_TRUE(draw(positions, one, samples, raster));
         for (std::size_t k = 0; k < count.size(); ++k) count[k] += raster.triangles()[k] != 0;
       }
   for (std::size_t k = 0; k < count.size(); ++k) ASSERT_EQ(count[k], 1) << k % width << " " << k / width;
@@ -129,19 +121,14 @@ TEST(Raster, NoGapsAndNothingTwice) {
 TEST(Raster, WhatLiesBehindTheViewerIsLeftToOpenGl) {
   const std::vector<glm::vec3> positions = {{1, 1, 0.5f}, {5, 1, 0.5f}, {1, 5, 1.5f}};
   const std::vector<glm::uvec3> triangles = {{0, 1, 2}};
-  Surface s;
-  s.positions = positions;
-  s.triangles = triangles;
   Samples samples;
   samples.width = samples.height = 8;
   Raster raster;
-  raster.start(samples, 0, 0, 8, 8);
-  EXPECT_FALSE(raster.add(s, 1, clip_of(8, 8), Facing::any));
+  EXPECT_FALSE(draw(positions, triangles, samples, raster));
   EXPECT_TRUE(raster.parts().empty());
   std::vector<glm::vec3> none = positions;
   none[2] = glm::vec3(std::numeric_limits<float>::quiet_NaN(), 5.0f, 0.5f);
-  s.positions = none;
-  EXPECT_FALSE(raster.add(s, 1, clip_of(8, 8), Facing::any));
+  EXPECT_FALSE(draw(none, triangles, samples, raster));
   EXPECT_EQ(std::count(raster.triangles().begin(), raster.triangles().end(), 0u), 64);
 }
 

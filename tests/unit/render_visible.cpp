@@ -1,6 +1,8 @@
 // Triangles that are left out would not have touched a sample.
 #include "render/draw/visible.h"
 
+#include "tests/unit/render_front.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,15 +12,6 @@
 
 namespace flexframe::render {
 namespace {
-
-// Clip coordinates of samples, so that positions are samples: x, y in [0, size].
-glm::dmat4 clip_of(int width, int height) {
-  glm::dmat4 m(1.0);
-  m[0][0] = 2.0 / width;
-  m[1][1] = 2.0 / height;
-  m[3] = glm::dvec4(-1.0, -1.0, 0.0, 1.0);
-  return m;
-}
 
 // Whether the centre of a sample lies in the triangle or within `off` of it.
 bool touches(const glm::dvec2* v, int width, int height, double off, bool* counterclockwise) {
