@@ -173,7 +173,8 @@ double rounding_of(const Animation& animation, const Survey& survey) {
 void set_colors(Animation& animation, const Survey& survey) {
   double all = survey.largest_scalar, at = 0.0;
   double largest = upper_end(animation, survey, all, at);
-  if (largest > 0.0 && all <= rounding_of(animation, survey)) {
+  const double rounding = rounding_of(animation, survey);
+  if (largest > 0.0 && all <= rounding) {
     const ColorBy by = animation.settings.color_by;
     const auto [name, unit] = by == ColorBy::velocity ? std::pair("speed", "m/s")
                               : by == ColorBy::strain ? std::pair("strain", "m/m")
@@ -181,6 +182,11 @@ void set_colors(Animation& animation, const Survey& survey) {
     animation.notes.push_back(
         fmt::format("no colours: the largest {}, {:.2g} {}, is no more than the rounding of positions", name, all, unit));
     largest = all = 0.0;
+  } else if (largest > 0.0 && rounding > 0.01 * largest) {
+    animation.warnings.push_back(fmt::format(
+        "colours of the speed are uncertain by up to {:.2g} of {:.2g} m/s: they are differences of displacements, which have seven "
+        "digits, from one sample to the next; a smaller output_rate keeps more of them",
+        rounding, largest));
   }
   render::ScalarMap& map = animation.scalar_map;
   map.colormap = animation.settings.colormap;

@@ -379,6 +379,30 @@ TEST(Animation, VelocityOfTheTip) {
   EXPECT_LT(animation.scalar_map.upper, 1.6 * 1.1);
 }
 
+// What stands still has no speeds to colour by, though the last bits of its positions change; what creeps under a large deflection is told.
+TEST(Animation, RoundingOfPositionsIsNoSpeed) {
+  sim::Results r = test::swinging_beam(0.1);
+  for (sim::ResultBody& b : r.bodies)
+    for (Eigen::Index i = 0; i < r.times.size(); ++i) {
+      for (sim::MatX* m : {&b.displacement, &b.rotation, &b.q})
+        if (m->size() > 0) m->row(i) = m->row(40).eval();
+      b.position.row(i) = b.position.row(40).eval();
+      b.orientation.row(i) = b.orientation.row(40).eval();
+    }
+  sim::Results creeping = r;
+  for (Eigen::Index i = 0; i < r.times.size(); ++i) r.bodies[1].position(i, 0) += i % 4 < 2 ? 2e-16 : 0.0;
+  film::RenderSettings s = small_settings();
+  s.color_by = film::ColorBy::velocity;
+  const film::Animation still = film::make_animation(r, s, nullptr);
+  EXPECT_FALSE(still.scalar_bar);
+  EXPECT_NE(fmt::format("{}", fmt::join(still.notes, " ")).find("no colours: the largest speed"), std::string::npos);
+  creeping.bodies[1].position.col(1) += 2e-5 * creeping.times;
+  const film::Animation slow = film::make_animation(creeping, s, nullptr);
+  ASSERT_TRUE(slow.scalar_bar);
+  EXPECT_NEAR(slow.scalar_map.upper, 2e-5, 1e-8);
+  EXPECT_NE(fmt::format("{}", fmt::join(slow.warnings, " ")).find("uncertain"), std::string::npos);
+}
+
 TEST(Animation, AutomaticScaleShowsSmallDeflectionsAndLeavesLargeOnesAlone) {
   film::RenderSettings s = small_settings();
   s.scales.clear();
