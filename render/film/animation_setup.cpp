@@ -12,6 +12,7 @@
 #include "sim/base/cpu_clock.h"
 #include "sim/base/eigen_solvers.h"
 #include "sim/base/file_output.h"
+#include "sim/base/notes.h"
 
 #include <fmt/format.h>
 
@@ -433,6 +434,32 @@ void add_levels(Animation& animation) {
   }
 }
 
+// What bodies look like for want of something, equal words once.
+void tell_of_bodies(Animation& animation, const sim::Scene* scene) {
+  const sim::Results& results = *animation.results;
+  const bool shares = animation.settings.color_by == ColorBy::stress && shares_of_yield(animation.bodies);
+  sim::Notes notes;
+  for (size_t b = 0; b < results.bodies.size(); ++b) {
+    const sim::ResultBody& body = results.bodies[b];
+    BodyModel& model = animation.bodies[b];
+    const std::string owner = fmt::format("body '{}'", body.name);
+    if (!body.mesh.empty() && !body.mesh_sha256.empty() && sim::sha256_of_file(body.mesh) != body.mesh_sha256)
+      notes.warn(owner, fmt::format("the mesh {} has changed since the results were made", body.mesh));
+    for (const std::string& refused : model.refused) notes.warn(owner, refused);
+    // Nodes that are joined for want of a mesh have no shape between them.
+    const sim::BodyDef* def = find_body(scene, body.name);
+    const bool shaped = !body.mesh.empty() || body.surface.triangles.rows() > 0 || (def && !def->shapes.empty());
+    if (const std::string doubtful = shaped ? doubtful_map(model, results, body) : ""; !doubtful.empty()) notes.warn(owner, doubtful);
+    for (const std::string& warning : model.warnings) notes.tell(owner, warning);
+    if (!shares) continue;
+    model.shares_of_yield = true;
+    if (!(model.yield_stress > 0.0) && (model.stress || model.beam_stress || !model.vertex_nodes.empty()))
+      notes.warn(owner, "has no yield_stress and is grey: give it one in its 'drawing' or for all in [render]");
+  }
+  for (std::string& text : notes.texts(sim::Severity::warning)) animation.warnings.push_back(std::move(text));
+  for (std::string& text : notes.texts(sim::Severity::note)) animation.notes.push_back(std::move(text));
+}
+
 }  // namespace
 
 Animation make_animation(const sim::Results& results, const RenderSettings& asked, const sim::Scene* scene) {
@@ -466,31 +493,8 @@ Animation make_animation(const sim::Results& results, const RenderSettings& aske
     if (measured) size = machine_size(results, animation.bodies);
   }
   size = machine_size(results, animation.bodies);
-  for (size_t b = 0; b < results.bodies.size(); ++b) {
-    const sim::ResultBody& body = results.bodies[b];
-    if (!body.mesh.empty() && !body.mesh_sha256.empty() && sim::sha256_of_file(body.mesh) != body.mesh_sha256)
-      animation.warnings.push_back(fmt::format("{}: the mesh {} has changed since the results were made", body.name, body.mesh));
-    for (const std::string& refused : animation.bodies[b].refused)
-      animation.warnings.push_back(fmt::format("body '{}': {}", body.name, refused));
-    // Nodes that are joined for want of a mesh have no shape between them.
-    const sim::BodyDef* def = find_body(scene, body.name);
-    const bool shaped = !body.mesh.empty() || body.surface.triangles.rows() > 0 || (def && !def->shapes.empty());
-    if (const std::string doubtful = shaped ? doubtful_map(animation.bodies[b], results, body) : ""; !doubtful.empty())
-      animation.warnings.push_back(fmt::format("body '{}': {}", body.name, doubtful));
-    for (const std::string& warning : animation.bodies[b].warnings)
-      animation.notes.push_back(fmt::format("{}: {}", results.bodies[b].name, warning));
-  }
-
+  tell_of_bodies(animation, scene);
   add_levels(animation);
-  if (settings.color_by == ColorBy::stress && shares_of_yield(animation.bodies))
-    for (size_t b = 0; b < animation.bodies.size(); ++b) {
-      BodyModel& model = animation.bodies[b];
-      model.shares_of_yield = true;
-      if (!(model.yield_stress > 0.0) && (model.stress || model.beam_stress || !model.vertex_nodes.empty()))
-        animation.warnings.push_back(fmt::format(
-            "body '{}' has no yield_stress and is grey: give it one in its 'drawing' or for all in [render]", results.bodies[b].name));
-    }
-
   const Survey survey = survey_motion(results, animation.bodies, settings);
   animation.largest_displacement = survey.largest_displacement;
   set_scales(animation, nodes);
