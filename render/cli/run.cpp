@@ -89,6 +89,9 @@ Command add_run(Program& program) {
         namespace fs = std::filesystem;
         Job job = read_job(words->scene, words->settings, &words->render);
         apply_words(words->render, job.settings);
+        // A page offers stress among its colours.
+        const film::ColorBy by = job.settings.color_by;
+        job.scene.colored_by_stress |= words->html || by == film::ColorBy::stress || by == film::ColorBy::strain;
         const std::string name = fs::path(words->scene).stem().string();
         const fs::path out = words->out.empty() ? fs::path(name) : fs::path(words->out);
         require_writable(out);

@@ -171,6 +171,29 @@ double rounding_of(const Animation& animation, const Survey& survey) {
   }
 }
 
+// Strains are those of the mesh: without the effect axial they lack what forces along a beam lengthen it by. Told where it counts.
+void tell_of_lengthening(Animation& animation, double largest) {
+  sim::Notes notes;
+  for (size_t b = 0; b < animation.bodies.size(); ++b) {
+    const sim::ResultBody& body = animation.results->bodies[b];
+    const auto way = std::find(body.unstrained.begin(), body.unstrained.end(), "axial");
+    if (!animation.bodies[b].visible || way == body.unstrained.end()) continue;
+    const std::string remedy = "add \"axial\" to 'effects'";
+    if (body.load_strain.size() == 0) {
+      notes.warn(fmt::format("body '{}'", body.name),
+                 "effect 'axial' is off: its colours do not include strain from forces along it; " + remedy);
+      continue;
+    }
+    const Eigen::Index stations = body.strain_stations.size(), first = (way - body.unstrained.begin()) * stations;
+    const double most = body.load_strain.middleCols(first, stations).cwiseAbs().maxCoeff();
+    if (most > 0.01 * largest)
+      notes.warn(
+          fmt::format("body '{}'", body.name),
+          fmt::format("effect 'axial' is off: its colours leave out up to {:.3g} µm/m from forces along it; {}", 1e6 * most, remedy));
+  }
+  for (std::string& text : notes.texts(sim::Severity::warning)) animation.warnings.push_back(std::move(text));
+}
+
 void set_colors(Animation& animation, const Survey& survey) {
   double all = survey.largest_scalar, at = 0.0;
   double largest = upper_end(animation, survey, all, at);
@@ -223,6 +246,7 @@ void set_colors(Animation& animation, const Survey& survey) {
                             .unit = velocity ? unit + "/s" : unit,
                             .factor = factor};
   }
+  if (by == ColorBy::strain) tell_of_lengthening(animation, largest);
   if (by == ColorBy::map_error)
     animation.notes.push_back(
         fmt::format("the mesh may be off by up to {:.3g} {} between the nodes (t = {:.4g} s): estimated by leaving out one "

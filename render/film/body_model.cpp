@@ -321,9 +321,12 @@ void set_beam_stress(const sim::ResultBody& body, const sim::BodyDef* def, const
         "the results hold no strains of its sections (made by an older version or another program): not coloured by stress; simulate "
         "again");
   model.beam_stress = make_beam_stress(body, *beam, look.diameter.has_value(), model.rest);
+  if (body.load_strain.size() > 0) return;
   for (const std::string& effect : body.unstrained)
-    model.warnings.push_back(fmt::format("effect '{}' is off: its colours do not include stress from {}; add \"{}\" to 'effects'", effect,
-                                         effect == "axial" ? "forces along it" : "torques about it", effect));
+    warn(
+        fmt::format("effect '{}' is off and the run was not made for pictures of stress: its colours do not include stress from {}; "
+                    "simulate again with [render] color_by = \"stress\", or add \"{}\" to 'effects'",
+                    effect, effect == "axial" ? "forces along it" : "torques about it", effect));
 }
 
 }  // namespace
@@ -626,16 +629,19 @@ double measure_of(const sim::SectionStress& s, StressMeasure measure) {
 
 namespace {
 
-// Section strains at the stations of a beam, at its elastic coordinates q.
+// Section strains at the stations of a beam.
 class StationStrains {
  public:
-  StationStrains(const sim::ResultBody& body, std::span<const double> q)
-      : body_(body),
-        last_(static_cast<int>(body.strain_stations.size()) - 1),
-        strains_(4 * static_cast<size_t>(body.strain_stations.size()), 0.0) {
-    for (Eigen::Index i = 0; i < body.section_strain.rows(); ++i)
-      strains_[static_cast<size_t>(body.section_strain(i, 0))] +=
-          body.section_strain(i, 2) * q[static_cast<size_t>(body.section_strain(i, 1))];
+  explicit StationStrains(const BeamState& state)
+      : body_(state.body),
+        last_(static_cast<int>(body_.strain_stations.size()) - 1),
+        strains_(4 * static_cast<size_t>(body_.strain_stations.size()), 0.0) {
+    for (Eigen::Index i = 0; i < body_.section_strain.rows(); ++i)
+      strains_[static_cast<size_t>(body_.section_strain(i, 0))] +=
+          body_.section_strain(i, 2) * state.q[static_cast<size_t>(body_.section_strain(i, 1))];
+    const size_t stations = strains_.size() / 4;
+    for (size_t k = 0; k < state.load_strain.size(); ++k)
+      strains_[4 * (k % stations) + (body_.unstrained[k / stations] == "axial" ? 0 : 3)] += state.load_strain[k];
   }
   Eigen::Map<const sim::SectionStrains> station(int k) const {
     return Eigen::Map<const sim::SectionStrains>(strains_.data() + 4 * static_cast<std::ptrdiff_t>(k));
@@ -662,8 +668,8 @@ class StationStrains {
 
 }  // namespace
 
-void beam_stress_vectors(const BeamStress& stress, const sim::ResultBody& body, std::span<const double> q, std::span<float> out) {
-  const StationStrains strains(body, q);
+void beam_stress_vectors(const BeamStress& stress, const BeamState& state, std::span<float> out) {
+  const StationStrains strains(state);
   for (size_t i = 0; i < stress.vertices.size(); ++i) {
     const BeamStress::Vertex& v = stress.vertices[i];
     const auto [e, rates] = strains.at(v);
@@ -675,9 +681,8 @@ void beam_stress_vectors(const BeamStress& stress, const sim::ResultBody& body, 
   }
 }
 
-void beam_stresses(const BeamStress& stress, const sim::ResultBody& body, std::span<const double> q, StressMeasure measure,
-                   std::span<float> out) {
-  const StationStrains strains(body, q);
+void beam_stresses(const BeamStress& stress, const BeamState& state, StressMeasure measure, std::span<float> out) {
+  const StationStrains strains(state);
   for (size_t i = 0; i < stress.vertices.size(); ++i) {
     const BeamStress::Vertex& v = stress.vertices[i];
     const auto [e, e_rates] = strains.at(v);

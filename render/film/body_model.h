@@ -120,20 +120,25 @@ bool knows_stress(const sim::ResultBody& body);
 // Buffers of one body, reused from picture to picture.
 struct BodyMemory {
   interp::Points node_displacement, node_rotation;
-  std::vector<double> q;
+  std::vector<double> q, load_strain;
   std::vector<float> displacement;       // 3 M, in scale
   std::vector<float> doubt;              // 3 M
   std::vector<float> scaled, positions;  // 3 M
   interp::PointsF group_normals;
 };
 
-// Von Mises stress of a beam's vertices, Pa, at its elastic coordinates q.
-void beam_stresses(const BeamStress& stress, const sim::ResultBody& body, std::span<const double> q, StressMeasure measure,
-                   std::span<float> out);
+// What strains a beam at a moment: elastic coordinates, and loads without deformation (load_strains; empty: none).
+struct BeamState {
+  const sim::ResultBody& body;
+  std::span<const double> q, load_strain;
+};
 
-// The same as three numbers a vertex, linear in q, whose length is the von Mises stress, Pa. Where section forces jump at a vertex those
-// of its first side count.
-void beam_stress_vectors(const BeamStress& stress, const sim::ResultBody& body, std::span<const double> q, std::span<float> out);
+// Stress of a beam's vertices, Pa.
+void beam_stresses(const BeamStress& stress, const BeamState& state, StressMeasure measure, std::span<float> out);
+
+// The same as three numbers a vertex, linear in the state, whose length is the von Mises stress, Pa. Where section forces jump at a vertex
+// those of its first side count.
+void beam_stress_vectors(const BeamStress& stress, const BeamState& state, std::span<float> out);
 
 // Displacement of the vertices in scale, 3 M floats in memory.displacement.
 void update_displacement(const BodyModel& model, const sim::ResultBody& body, const SamplePlace& place, BodyMemory& memory);

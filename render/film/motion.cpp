@@ -73,14 +73,23 @@ sim::Pose held_pose(const sim::ResultBody& body, const SamplePlace& place) {
   return pose;
 }
 
-void elastic_coordinates(const sim::ResultBody& body, const SamplePlace& place, std::vector<double>& q) {
-  q.resize(body.q.cols());
-  for (Eigen::Index k = 0; k < body.q.cols(); ++k) {
-    double value = body.q(place.index, k);
-    if (place.share > 0.0) value += place.share * (body.q(place.index + 1, k) - value);
-    q[k] = value;
+namespace {
+
+// A row of a series, straight between samples.
+void row_at(const sim::MatX& series, const SamplePlace& place, std::vector<double>& out) {
+  out.resize(static_cast<size_t>(series.cols()));
+  for (Eigen::Index k = 0; k < series.cols(); ++k) {
+    double value = series(place.index, k);
+    if (place.share > 0.0) value += place.share * (series(place.index + 1, k) - value);
+    out[static_cast<size_t>(k)] = value;
   }
 }
+
+}  // namespace
+
+void elastic_coordinates(const sim::ResultBody& body, const SamplePlace& place, std::vector<double>& q) { row_at(body.q, place, q); }
+
+void load_strains(const sim::ResultBody& body, const SamplePlace& place, std::vector<double>& out) { row_at(body.load_strain, place, out); }
 
 int picture_count(const sim::VecX& times, double frame_rate, double speed) {
   if (times.size() == 0) return 0;

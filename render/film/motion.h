@@ -34,6 +34,9 @@ void node_motion(const sim::ResultBody& body, const SamplePlace& place, interp::
 // Pose of the frame of the elastic coordinates in the body frame; identity where the results have none.
 sim::Pose held_pose(const sim::ResultBody& body, const SamplePlace& place);
 
+// Strains by loads that a beam carries without deforming (sim::ResultBody::load_strain), memory reused; empty: unknown or none.
+void load_strains(const sim::ResultBody& body, const SamplePlace& place, std::vector<double>& out);
+
 // Elastic coordinates, memory reused.
 void elastic_coordinates(const sim::ResultBody& body, const SamplePlace& place, std::vector<double>& q);
 

@@ -136,8 +136,9 @@ void update_stress(const ColoredBody& of, double t, ScalarMemory& work, std::vec
     if (work.wanted && measure == StressMeasure::von_mises) work.components = work.before;
   } else if (model.beam_stress) {
     elastic_coordinates(body, place, work.body.q);
+    load_strains(body, place, work.body.load_strain);
     scalars.resize(vertices);
-    beam_stresses(*model.beam_stress, body, work.body.q, measure, scalars);
+    beam_stresses(*model.beam_stress, {body, work.body.q, work.body.load_strain}, measure, scalars);
   }
   if (of.shares && model.yield_stress > 0.0) {
     const auto share = static_cast<float>(1.0 / model.yield_stress);
@@ -173,7 +174,8 @@ int update_stress_vectors(const ColoredBody& of, double t, ScalarMemory& work, s
       for (int k = 3; k < 6; ++k) s[k] *= root3;
     }
   } else {
-    beam_stress_vectors(*model.beam_stress, body, work.body.q, vectors);
+    load_strains(body, find_sample(of.results.times, t), work.body.load_strain);
+    beam_stress_vectors(*model.beam_stress, {body, work.body.q, work.body.load_strain}, vectors);
   }
   if (of.shares && model.yield_stress > 0.0)
     for (float& value : vectors) value = static_cast<float>(value / model.yield_stress);

@@ -171,6 +171,11 @@ Recorder::Recorder(System& system, const std::vector<double>& times) {
     joint.rate = MatX::Zero(nt, part ? part->joint.nv : 0);
     results_.joints.push_back(std::move(joint));
   }
+  if (system.scene.colored_by_stress) {
+    loads_.emplace(model, system.scene, results_.bodies);
+    if (loads_->empty()) loads_.reset();
+    else loads_->size(nt, results_.bodies);
+  }
   results_.kinetic = results_.strain = results_.potential = results_.supplied = results_.dissipated = VecX::Zero(nt);
   table_ = MatX::Zero(static_cast<Eigen::Index>(plans_.columns.size()), nt);
 
@@ -187,8 +192,9 @@ void Recorder::record(System& system, double t, const VecX& y) {
   const Model& model = system.model;
   Work& work = system.work;
   set_state(system, t, y.data(), false);
-  refresh(system, t, y, plans_.accelerations, plans_.reactions, reactions_);
+  refresh(system, t, y, plans_.accelerations || loads_, plans_.reactions || loads_, reactions_);
   const Eigen::Index row = row_++;
+  if (loads_) loads_->record(model, work, reactions_, row, results_.bodies);
   for (size_t b = 0; b < results_.bodies.size(); ++b) {
     ResultBody& body = results_.bodies[b];
     const int first = first_parts_[b];

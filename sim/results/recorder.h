@@ -2,11 +2,13 @@
 #pragma once
 
 #include "sim/results/histories.h"
+#include "sim/results/load_strain.h"
 #include "sim/results/node_motion.h"
 #include "sim/results/outputs.h"
 #include "sim/time/system.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 namespace flexframe::sim {
@@ -59,7 +61,8 @@ class Recorder {
   struct BodyRows {
     TableRows displacement, rotation, q, qd;
   };
-  std::vector<BodyRows> rows_;  // of results_.bodies
+  std::vector<BodyRows> rows_;       // of results_.bodies
+  std::optional<LoadStrain> loads_;  // of scenes whose pictures show stress
   Reactions reactions_;
   Results results_;
   OutputScales scales_;

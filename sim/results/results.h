@@ -60,8 +60,9 @@ struct ResultBody {
   // as triplets: row 4 station + field, coordinate, value. Fields: lengthening u' (1), curvatures v'' and w'' (1/m), twist theta' (1/m).
   VecX strain_stations;  // ns, m; empty: unknown
   MatX section_strain;   // k x 3
-  // What is left out of the stress by the effects of this body ("axial", "torsion"), for a warning.
+  // Ways in which the beam carries loads without deforming ("axial", "torsion"), so that `section_strain` knows nothing of them.
   std::vector<std::string> unstrained;
+  MatX load_strain;  // nt x (ns of each of them): u' (1) and theta' (1/m) that their forces and torques cause; empty: unknown
 };
 
 struct ResultJoint {

@@ -125,6 +125,8 @@ ResultBody read_body(const Reader& reader, hid_t group, const std::string& name,
     body.strain_stations = reader.numbers(group, "strain_stations", path, {Reader::any}, false);
     body.section_strain = reader.numbers(group, "section_strain", path, {Reader::any, 3}, true);
     body.unstrained = reader.texts(group, "unstrained", path);
+    body.load_strain =
+        reader.numbers(group, "load_strain", path, {nt, body.unstrained.size() * static_cast<hsize_t>(body.strain_stations.size())}, true);
     for (Eigen::Index i = 1; i < body.strain_stations.size(); ++i)
       if (body.strain_stations[i] < body.strain_stations[i - 1])
         reader.fail(fmt::format("dataset '{}strain_stations'", path), "must ascend");

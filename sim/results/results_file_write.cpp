@@ -85,6 +85,8 @@ void write_body(hid_t bodies, const ResultBody& body, long index, hsize_t nt) {
   write_numbers(group, "section_strain", body.section_strain, {static_cast<hsize_t>(body.section_strain.rows()), 3}, "",
                 "row, coordinate of 'q', factor; row: 4 station + field (u', v'', w'', theta')");
   write_texts(group, "unstrained", body.unstrained);
+  write_numbers(group, "load_strain", body.load_strain, {nt, static_cast<hsize_t>(body.load_strain.cols())}, "",
+                "strains at the stations by what is carried without deformation, of each of 'unstrained'");
   write_numbers(group, "held_position", body.held_position, {nt, 3}, "m", "origin of the frame of 'q' and 'node_phi' in the body frame");
   write_numbers(group, "held_rotation", body.held_rotation, {nt, 3}, "rad",
                 "rotation vector of the frame of 'q' and 'node_phi' in the body frame");
@@ -254,6 +256,7 @@ void check_results(const Results& results) {
           !e.allFinite() || !(e[0] >= 0.0 && e[0] < 4.0 * static_cast<double>(body.strain_stations.size()) && e[1] >= 0.0 &&
                               e[1] < static_cast<double>(body.q.cols())))
         fail(fmt::format("{}: row {} of the sections' strains names no station or coordinate", body.name, i));
+    series(body.name + ": load_strain", body.load_strain, body.strain_stations.size() * std::ssize(body.unstrained), true);
     series(body.name + ": held_position", body.held_position, 3, true);
     series(body.name + ": held_rotation", body.held_rotation, 3, true);
     if (body.held_rotation.rows() != body.held_position.rows() ||

@@ -436,6 +436,9 @@ struct Scene {
   std::vector<OutputDef> outputs;
   std::vector<CouplingDef> couplings;
   std::vector<BlockDef> blocks;
+  // [render] color_by = "stress" or "strain": results then hold what forces along beams and torques about them strain where no deformation
+  // tells it.
+  bool colored_by_stress = false;
 };
 
 // Axes of a frame in its body, of a beam in its section, on ground in the world: columns; those of the body where the scene turns no frame

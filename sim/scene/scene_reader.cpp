@@ -103,7 +103,10 @@ Scene make_scene(const SceneDocument& document) {
   scene.title = root.text("title", name.stem().string());
   root.required("simulation");
   scene.simulation = read_simulation(*root.table("simulation"));
-  root.table("render");  // a table; its content is the renderer's
+  // A table; its content is the renderer's, but for what the pictures need of the run.
+  if (const auto render = root.table("render"))
+    if (const TomlValue* color_by = render->find("color_by"))
+      scene.colored_by_stress = color_by->type == TomlValue::Type::text && (color_by->text == "stress" || color_by->text == "strain");
   if (const auto table = root.table("ground")) {
     table->allow({"frames"});
     FrameTable frames = read_frames(*table);

@@ -389,6 +389,38 @@ def stress_of(
     return sorted(rings.items())
 
 
+def loads_without_deformation(folder, tip):
+    """What axial and torsion carry is in the colours though the beam only bends; where the run was not made for it that is a warning."""
+    plane, section, area = '["bending_xy"]', sections["circle"][0], moments("circle")[0]
+    torque = lambda at: table("force", kind="torque", on=f"bar.{at}", direction="[1, 0, 0]", value="5.0")
+    cases = {
+        "a pull": (tip([1, 0, 0], 1000.0), lambda x: 1000.0 / area),
+        "a torque": (torque("tip"), lambda x: torsion_stress("circle", 5.0)),
+        "a torque to the middle": (torque("middle"), lambda x: torsion_stress("circle", 5.0) if x <= 0.5 + 1e-6 else 0.0),
+        "its own weight": (
+            table("force", kind="distributed", on="bar", direction="[1, 0, 0]", value="5000.0"),
+            lambda x: 5000.0 * (1 - x) / area,
+        ),
+        "a pull and a torque": (
+            tip([1, 0, 0], 1000.0) + torque("tip"),
+            lambda x: math.hypot(1000.0 / area, torsion_stress("circle", 5.0)),
+        ),
+    }
+    for model in ("finite-element", "mixed", "lumped", "modal"):
+        for what, (load, wanted) in cases.items():
+            rings = stress_of(folder, section, load, model=model, effects=plane)
+            expect(len(rings) > 5, f"{model}, {what}: no rings")
+            largest = max(wanted(x) for x, _ in rings)
+            worst, at = max(((abs(value - wanted(x)) / largest, x) for x, value in rings), default=(math.inf, 0))
+            near(worst, 0, 0.02, f"stress by {what} without the effects, {model}, furthest off at x = {at}")
+    plain = scene(folder, (folder / "scene.toml").read_text().replace('color_by = "stress"', 'color_by = "none"'))
+    run("simulate", plain, "-o", folder / "p.h5", "--no-error-estimate", "--no-effect-check")
+    told = run("render", folder / "p.h5", "-o", folder / "p", "--color-by", "stress", "--frames", "0:1", "--no-video").stdout
+    expect("WARNING" in told and "forces along it" in told and "simulate again" in told, f"stress that the results do not hold: {told}")
+    told = run("run", plain, "-o", folder / "r", "--color-by", "stress", "--frames", "0:1", "--no-video", "--no-effect-check").stdout
+    expect("WARNING" not in told, f"a run for pictures of stress: {told}")
+
+
 def stresses(folder):
     tip = lambda direction, value: table("force", kind="force", on="bar.tip", direction=str(direction), value=str(value))
     for name, (section, _) in sections.items():
@@ -435,15 +467,13 @@ def stresses(folder):
         ):
             if model == "modal" and joints:
                 continue  # forms of a clamped end cannot make it
-            rings = stress_of(folder, section, load, model=model, joints=joints, effects=plane, warned="axial")
+            rings = stress_of(folder, section, load, model=model, joints=joints, effects=plane)
             wanted = lambda x: max(bending_stress(name, moment(x), 0), shear_stress(name, across(x), 0))
             largest = max(wanted(x) for x, _ in rings)
             worst, at = max((abs(value - wanted(x)) / largest, x) for x, value in rings)
             near(worst, 0, {"modal": 0.08}.get(model, 0.02), f"stress under a {what}, {model}, furthest off at x = {at}")
     # Eigenforms between two hinges under a load at the middle: sum of 8 / (pi n)^2 over the odd ones of forms 1 to 4 at the peak.
-    rings = stress_of(
-        folder, section, middle, model="modal", more='boundary = "supported-supported"\n', joints=between, effects=plane, warned="axial"
-    )
+    rings = stress_of(folder, section, middle, model="modal", more='boundary = "supported-supported"\n', joints=between, effects=plane)
     blunt = 8 / math.pi**2 * (1 + 1 / 9)
     near(max(value for _, value in rings) / bending_stress(name, 50.0, 0), blunt, 0.01, "peak of stress under a load, modal")
     # Own weight along the axis.
@@ -460,6 +490,7 @@ def stresses(folder):
             0.02 * torsion_stress("circle", 5.0),
             f"torque to the middle, x = {x}",
         )
+    loads_without_deformation(folder, tip)
     # No outline, no stress; said.
     rings = stress_of(
         folder, '{ shape = "general", area = 3e-4, iy = 2.5e-9, iz = 2.25e-8, j = 8e-9 }', tip([0, 1, 0], 30.0), warned="general"

@@ -145,7 +145,9 @@ with temporary_folder() as folder:
     ):
         file = folder / f"camera_{k}.toml"
         file.write_text(f"[render.camera]\n{camera}\n")
-        expect(camera.startswith("window") or picture(f"v{k}", "--scene", file, "--view", "front,iso") == two_views, f"--view beside {camera}")
+        expect(
+            camera.startswith("window") or picture(f"v{k}", "--scene", file, "--view", "front,iso") == two_views, f"--view beside {camera}"
+        )
         here = picture(f"p{k}", "--scene", file, "--camera", ",".join(place[0]), "--target", ",".join(place[1]))
         expect(camera == "orbit = 90" or here == one_place, f"--camera beside {camera}")
     styled = picture("styled", "--scene", folder / "style.toml")
