@@ -182,6 +182,37 @@ int update_stress_vectors(const ColoredBody& of, double t, ScalarMemory& work, s
   return width;
 }
 
+void update_speeds(const ColoredBody& of, double t, double spacings, ScalarMemory& work, std::vector<float>& scalars) {
+  const BodyModel& model = of.model;
+  const sim::ResultBody& body = of.results.bodies[of.body];
+  const sim::VecX& times = of.results.times;
+  const size_t vertices = model.rest.size() / 3;
+  const Eigen::Index n = times.size();
+  const double first = times[0], last = times[n - 1], half = 0.5 * spacings * (last - first) / static_cast<double>(n - 1);
+  const double t0 = std::max(first, t - half), t1 = std::min(last, t + half);
+  const SamplePlace p0 = find_sample(times, t0), p1 = find_sample(times, t1);
+  const auto displaced = [&](const SamplePlace& place, std::vector<float>& out) {
+    if (!model.flexible) return;
+    update_displacement(model, body, place, work.body);
+    out = work.body.displacement;
+  };
+  displaced(p0, work.before);
+  displaced(p1, work.after);
+  const glm::dmat4 pose0 = body_pose(body, p0), pose1 = body_pose(body, p1);
+  scalars.resize(vertices);
+  if (work.wanted) work.components.resize(3 * vertices);
+  for (size_t i = 0; i < vertices; ++i) {
+    glm::dvec3 a(model.rest[3 * i], model.rest[3 * i + 1], model.rest[3 * i + 2]), b = a;
+    if (model.flexible) {
+      a += glm::dvec3(work.before[3 * i], work.before[3 * i + 1], work.before[3 * i + 2]);
+      b += glm::dvec3(work.after[3 * i], work.after[3 * i + 1], work.after[3 * i + 2]);
+    }
+    const glm::dvec3 velocity = (transform(pose1, b) - transform(pose0, a)) / (t1 - t0);
+    scalars[i] = static_cast<float>(glm::length(velocity));
+    for (int c = 0; c < 3 && work.wanted; ++c) work.components[3 * i + c] = static_cast<float>(velocity[c]);
+  }
+}
+
 void update_scalars(const ColoredBody& of, double t, const BodyMemory& memory, ScalarMemory& work, std::vector<float>& scalars) {
   const BodyModel& model = of.model;
   const sim::Results& results = of.results;
@@ -223,31 +254,7 @@ void update_scalars(const ColoredBody& of, double t, const BodyMemory& memory, S
   } else if (color_by == ColorBy::map_error && model.flexible) {
     map_error(model, body, find_sample(results.times, t), work.body, scalars);
   } else if (color_by == ColorBy::velocity && results.times.size() > 1) {
-    // Central difference of the vertices in the world over one sample's spacing.
-    const Eigen::Index n = results.times.size();
-    const double first = results.times[0], last = results.times[n - 1], half = 0.5 * (last - first) / static_cast<double>(n - 1);
-    const double t0 = std::max(first, t - half), t1 = std::min(last, t + half);
-    const SamplePlace p0 = find_sample(results.times, t0), p1 = find_sample(results.times, t1);
-    const auto displaced = [&](const SamplePlace& place, std::vector<float>& out) {
-      if (!model.flexible) return;
-      update_displacement(model, body, place, work.body);
-      out = work.body.displacement;
-    };
-    displaced(p0, work.before);
-    displaced(p1, work.after);
-    const glm::dmat4 pose0 = body_pose(body, p0), pose1 = body_pose(body, p1);
-    scalars.resize(vertices);
-    if (work.wanted) work.components.resize(3 * vertices);
-    for (size_t i = 0; i < vertices; ++i) {
-      glm::dvec3 a(model.rest[3 * i], model.rest[3 * i + 1], model.rest[3 * i + 2]), b = a;
-      if (model.flexible) {
-        a += glm::dvec3(work.before[3 * i], work.before[3 * i + 1], work.before[3 * i + 2]);
-        b += glm::dvec3(work.after[3 * i], work.after[3 * i + 1], work.after[3 * i + 2]);
-      }
-      const glm::dvec3 velocity = (transform(pose1, b) - transform(pose0, a)) / (t1 - t0);
-      scalars[i] = static_cast<float>(glm::length(velocity));
-      for (int c = 0; c < 3 && work.wanted; ++c) work.components[3 * i + c] = static_cast<float>(velocity[c]);
-    }
+    update_speeds(of, t, 1.0, work, scalars);
   }
 }
 

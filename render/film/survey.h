@@ -45,6 +45,9 @@ struct ScalarMemory {
 // A number a vertex at time t; memory.displacement must be up to date. Empty: nothing.
 void update_scalars(const ColoredBody& of, double t, const BodyMemory& memory, ScalarMemory& work, std::vector<float>& scalars);
 
+// Speed of every vertex in the world, m/s: difference of its places over that many spacings of samples about t. Needs two samples.
+void update_speeds(const ColoredBody& of, double t, double spacings, ScalarMemory& work, std::vector<float>& scalars);
+
 // The stress that colours a vertex as numbers whose length it is, linear in the body's elastic coordinates: 3 a vertex of a beam (normal
 // and shear stress), 6 of a body with stress modes (deviator). Returns how many; 0: the stress is no such length.
 int update_stress_vectors(const ColoredBody& of, double t, ScalarMemory& work, std::vector<float>& vectors);

@@ -11,7 +11,9 @@
 #include <fmt/ranges.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <map>
+#include <numbers>
 #include <string>
 
 namespace {
@@ -377,6 +379,29 @@ TEST(Animation, VelocityOfTheTip) {
   // Block: 1.6 rad/s at radius 1 m and half its size more.
   EXPECT_GT(animation.scalar_map.upper, 1.6);
   EXPECT_LT(animation.scalar_map.upper, 1.6 * 1.1);
+}
+
+// A point on a circle, seen w h of a turn apart: the chord between neighbours is too short by sin(wh)/(wh) at a sample, and that is told.
+TEST(Animation, SpeedsBetweenFewSamplesAreToldOf) {
+  film::RenderSettings s = small_settings();
+  s.color_by = film::ColorBy::velocity;
+  const auto turning = [](int samples) {
+    sim::Results r = test::swinging_beam(0.0, samples);
+    for (Eigen::Index i = 0; i < r.times.size(); ++i)
+      for (sim::ResultBody& b : r.bodies) {
+        const double angle = 2.0 * std::numbers::pi * r.times[i];
+        b.orientation.row(i) << std::cos(0.5 * angle), 0.0, 0.0, std::sin(0.5 * angle);
+        if (b.kind == "rigid") b.position.row(i) << std::cos(angle), std::sin(angle), 0.0;
+      }
+    return r;
+  };
+  const auto told = [&](int samples) {
+    const sim::Results r = turning(samples);
+    const film::Animation animation = film::make_animation(r, s, nullptr);
+    return fmt::format("{}", fmt::join(animation.warnings, " "));
+  };
+  EXPECT_EQ(told(61).find("output_rate"), std::string::npos) << told(61);
+  EXPECT_NE(told(13).find("may be off by"), std::string::npos);
 }
 
 // What stands still has no speeds to colour by, though the last bits of its positions change; what creeps under a large deflection is told.

@@ -1,0 +1,265 @@
+#include "render/film/animation_colors.h"
+
+#include "render/film/overlay.h"
+#include "sim/base/notes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace flexframe::film {
+
+bool shares_of_yield(const std::vector<BodyModel>& bodies) {
+  return std::any_of(bodies.begin(), bodies.end(), [](const BodyModel& m) { return m.yield_stress > 0.0; });
+}
+
+namespace {
+
+// The upper end of the colours by the largest values of the surveyed moments; a note where a peak is left out.
+double upper_end(Animation& animation, const Survey& survey, double& largest, double& at) {
+  const ColorRange& range = animation.settings.range;
+  // Each moment counts by the time around it: peaks are surveyed more densely.
+  std::vector<std::pair<double, double>> values;
+  double all = 0.0;
+  const std::vector<Survey::Moment>& moments = survey.moments;
+  largest = 0.0;
+  for (size_t k = 0; k < moments.size(); ++k) {
+    const double t = moments[k].t;
+    if (range.window && (t < range.window->first || t > range.window->second)) continue;
+    const double before = k > 0 ? moments[k - 1].t : t, after = k + 1 < moments.size() ? moments[k + 1].t : t;
+    values.emplace_back(moments[k].largest_scalar, std::max(0.5 * (after - before), 1e-300));
+    all += values.back().second;
+    if (moments[k].largest_scalar > largest) largest = moments[k].largest_scalar, at = t;
+  }
+  if (values.empty() && range.window)
+    throw sim::InputError(
+        fmt::format("[render] color_range.window [{:g}, {:g}] holds no moment of the run", range.window->first, range.window->second));
+  std::sort(values.begin(), values.end());
+  const double share = range.percentile.value_or(98.0) / 100.0;
+  double sum = 0.0, value = largest;
+  for (const auto& [v, weight] : values)
+    if ((sum += weight) >= share * all * (1.0 - 1e-12)) {
+      value = v;
+      break;
+    }
+  // Without a word about it only a short peak far above the rest is left out.
+  const bool short_peak = values.size() >= 20 && value > 0.0 && value < 0.5 * largest;
+  return range.percentile ? value : short_peak ? value : largest;
+}
+
+// Stress in a unit that suits it, or in per cent of the yield stress, with what is left until something yields.
+void set_stress_bar(Animation& animation, double reach, double largest, double at) {
+  static const std::vector<std::string> labels = {"stress", "Tresca stress", "largest principal stress", "smallest principal stress"};
+  const std::string& label = labels[static_cast<size_t>(animation.settings.stress)];
+  if (!shares_of_yield(animation.bodies)) {
+    const auto [unit, factor] = readable_unit("Pa", reach);
+    animation.scalar_bar = {.label = label, .unit = unit, .factor = factor};
+    return;
+  }
+  animation.scalar_bar = {.label = label + " / yield stress", .unit = "%", .factor = 100.0};
+  if (largest > 0.0)
+    (largest > 1.0 ? animation.warnings : animation.notes)
+        .push_back(fmt::format("the smallest safety factor against yielding is {:.3g} at t = {:.4g} s{}", 1.0 / largest, at,
+                               largest > 1.0 ? ": something yields, and the motion is not computed for that" : ""));
+}
+
+// Whether any body that is seen has what it is to be coloured by.
+bool has_values(const Animation& animation, const Survey& survey) {
+  if (survey.moments.empty()) return false;
+  const double t = survey.moments.front().t;
+  for (size_t b = 0; b < animation.bodies.size(); ++b) {
+    const BodyModel& model = animation.bodies[b];
+    if (!model.visible || model.mesh.triangles.empty()) continue;
+    BodyMemory memory;
+    ScalarMemory work;
+    std::vector<float> scalars;
+    if (model.flexible) update_displacement(model, animation.results->bodies[b], find_sample(animation.results->times, t), memory);
+    update_scalars({model, *animation.results, b, animation.settings}, t, memory, work, scalars);
+    if (!scalars.empty()) return true;
+  }
+  return false;
+}
+
+// What [render] color_by asks of a body, in words.
+std::string values_wanted(const RenderSettings& settings) {
+  if (settings.color_by == ColorBy::mode)
+    return fmt::format("an elastic coordinate {} in which its displacement is linear (color_by = \"mode\")", settings.mode);
+  if (settings.color_by == ColorBy::stress)
+    return "stress: beams with a section, and bodies with stress modes have it (color_by = \"stress\")";
+  if (settings.color_by == ColorBy::velocity) return "a speed: the run has one sample (color_by = \"velocity\")";
+  return fmt::format("elastic displacement (color_by = \"{}\")", settings.color_by == ColorBy::strain ? "strain" : "map_error");
+}
+
+// What rounding leaves of a value that is zero, in its unit: positions are held to the last bit of the scene's size, displacements in
+// single precision, and a speed is their difference over one sample's spacing.
+double rounding_of(const Animation& animation, const Survey& survey) {
+  constexpr double eps = std::numeric_limits<double>::epsilon(), coarse = std::numeric_limits<float>::epsilon();
+  const auto& times = animation.results->times;
+  switch (animation.settings.color_by) {
+    case ColorBy::strain:
+      return eps;
+    case ColorBy::displacement:
+    case ColorBy::mode:
+      return eps * machine_size(*animation.results, animation.bodies);
+    case ColorBy::velocity:
+      if (times.size() < 2) return 0.0;
+      return (eps * machine_size(*animation.results, animation.bodies) + coarse * survey.largest_displacement) *
+             static_cast<double>(times.size() - 1) / (times[times.size() - 1] - times[0]);
+    default:
+      return 0.0;
+  }
+}
+
+// Strains are those of the mesh: without the effect axial they lack what forces along a beam lengthen it by. Told where it counts.
+void tell_of_lengthening(Animation& animation, double largest) {
+  sim::Notes notes;
+  for (size_t b = 0; b < animation.bodies.size(); ++b) {
+    const sim::ResultBody& body = animation.results->bodies[b];
+    const auto way = std::find(body.unstrained.begin(), body.unstrained.end(), "axial");
+    if (!animation.bodies[b].visible || way == body.unstrained.end()) continue;
+    const std::string remedy = "add \"axial\" to 'effects'";
+    if (body.load_strain.size() == 0) {
+      notes.warn(fmt::format("body '{}'", body.name),
+                 "effect 'axial' is off: its colours do not include strain from forces along it; " + remedy);
+      continue;
+    }
+    const Eigen::Index stations = body.strain_stations.size(), first = (way - body.unstrained.begin()) * stations;
+    const double most = body.load_strain.middleCols(first, stations).cwiseAbs().maxCoeff();
+    if (most > 0.01 * largest)
+      notes.warn(
+          fmt::format("body '{}'", body.name),
+          fmt::format("effect 'axial' is off: its colours leave out up to {:.3g} µm/m from forces along it; {}", 1e6 * most, remedy));
+  }
+  for (std::string& text : notes.texts(sim::Severity::warning)) animation.warnings.push_back(std::move(text));
+}
+
+// How much the differences between samples may miss of the largest speed, as a share of it, in the picture that misses most. Of a vibration
+// with w h = x from sample to sample (straight between them) the difference over one spacing misses x^2/6 at a sample and x^2/24 midway,
+// that over three spacings x^2/2 and 9 x^2/24: half of what lies between them is x^2/6 or more. At the ends, where they look to one side,
+// they miss a h/2 and 5 a h/6.
+double missed_speed(const Animation& animation, double t) {
+  const sim::Results& results = *animation.results;
+  const sim::VecX& times = results.times;
+  double largest[2] = {0.0, 0.0};
+  ScalarMemory work;
+  std::vector<float> scalars;
+  for (size_t b = 0; b < animation.bodies.size(); ++b) {
+    const BodyModel& model = animation.bodies[b];
+    if (!model.visible || model.rest.empty()) continue;
+    for (const int k : {0, 1}) {
+      update_speeds({model, results, b, animation.settings}, t, 1.0 + 2.0 * k, work, scalars);
+      for (const float v : scalars) largest[k] = std::max(largest[k], static_cast<double>(v));
+    }
+  }
+  const double spacing = (times[times.size() - 1] - times[0]) / static_cast<double>(times.size() - 1);
+  const bool inside = t - 1.5 * spacing >= times[0] && t + 1.5 * spacing <= times[times.size() - 1];
+  return largest[0] > 0.0 ? std::abs(largest[0] - largest[1]) * (inside ? 0.5 : 1.5) / largest[0] : 0.0;
+}
+
+// The median over moments of large speed: beside an impact the longer difference says nothing.
+double missed_speed(const Animation& animation, const Survey& survey) {
+  std::vector<double> moments, missed;
+  for (const Survey::Moment& m : survey.moments)
+    if (m.largest_scalar >= 0.8 * survey.largest_scalar) moments.push_back(m.t);
+  const size_t step = 1 + moments.size() / 9;
+  for (size_t k = step / 2; k < moments.size(); k += step) missed.push_back(missed_speed(animation, moments[k]));
+  if (missed.empty()) return 0.0;
+  std::nth_element(missed.begin(), missed.begin() + static_cast<std::ptrdiff_t>(missed.size() / 2), missed.end());
+  return missed[missed.size() / 2];
+}
+
+}  // namespace
+
+void set_colors(Animation& animation, const Survey& survey) {
+  double all = survey.largest_scalar, at = 0.0;
+  double largest = upper_end(animation, survey, all, at);
+  const double rounding = rounding_of(animation, survey);
+  if (largest > 0.0 && all <= rounding) {
+    const ColorBy by = animation.settings.color_by;
+    const auto [name, unit] = by == ColorBy::velocity ? std::pair("speed", "m/s")
+                              : by == ColorBy::strain ? std::pair("strain", "m/m")
+                                                      : std::pair("displacement", "m");
+    animation.notes.push_back(
+        fmt::format("no colours: the largest {}, {:.2g} {}, is no more than the rounding of positions", name, all, unit));
+    largest = all = 0.0;
+  } else if (largest > 0.0 && rounding > 0.01 * largest) {
+    animation.warnings.push_back(fmt::format(
+        "colours of the speed are uncertain by up to {:.2g} of {:.2g} m/s: they are differences of displacements, which have seven "
+        "digits, from one sample to the next; a smaller output_rate keeps more of them",
+        rounding, largest));
+  }
+  render::ScalarMap& map = animation.scalar_map;
+  map.colormap = animation.settings.colormap;
+  map.lightened = animation.settings.studio;
+  map.levels = animation.settings.bands;
+  map.isolines = animation.settings.isolines;
+  const auto& range = animation.settings.color_range;
+  map.upper = range ? range->second : largest;
+  map.lower = range ? range->first : animation.settings.range.symmetric || is_signed(animation.settings) ? -largest : 0.0;
+  map.logarithmic = animation.settings.range.logarithmic && map.upper > 0.0;
+  if (map.logarithmic && !range) map.lower = 1e-3 * map.upper;
+  if (all > map.upper * (1.0 + 1e-9)) map.above = all;
+  const ColorBy by = animation.settings.color_by;
+  if (by == ColorBy::none || by == ColorBy::body) return;
+  if (by != ColorBy::displacement && largest <= 0.0 && !has_values(animation, survey)) {
+    animation.warnings.push_back(fmt::format("no body has {}: none is coloured", values_wanted(animation.settings)));
+    return;
+  }
+  if (largest <= 0.0 && !range) return;
+  const double reach = std::max(std::abs(animation.scalar_map.lower), std::abs(animation.scalar_map.upper));
+  if (by == ColorBy::strain) {
+    const bool small = reach < 0.01;
+    animation.scalar_bar = {.label = "strain", .unit = small ? "µm/m" : "%", .factor = small ? 1e6 : 100.0};
+  } else if (by == ColorBy::stress) {
+    set_stress_bar(animation, reach, all, at);
+  } else {
+    const auto [unit, factor] = readable_unit("m", reach);
+    const bool velocity = by == ColorBy::velocity;
+    animation.scalar_bar = {.label = velocity                   ? "speed"
+                                     : by == ColorBy::map_error ? "error of the map, estimated"
+                                     : by == ColorBy::mode      ? fmt::format("displacement by mode {}", animation.settings.mode)
+                                                                : "elastic displacement",
+                            .unit = velocity ? unit + "/s" : unit,
+                            .factor = factor};
+  }
+  if (by == ColorBy::strain) tell_of_lengthening(animation, largest);
+  if (by == ColorBy::velocity)
+    if (const double missed = missed_speed(animation, survey); missed > 0.01)
+      animation.warnings.push_back(fmt::format(
+          "colours of the speed are differences from one sample to the next and may be off by {:.2g} % where it is large: a larger "
+          "output_rate sharpens them",
+          100.0 * missed));
+  if (by == ColorBy::map_error)
+    animation.notes.push_back(
+        fmt::format("the mesh may be off by up to {:.3g} {} between the nodes (t = {:.4g} s): estimated by leaving out one "
+                    "node at a time",
+                    all * animation.scalar_bar->factor, animation.scalar_bar->unit, at));
+  if (map.above && !range)
+    animation.notes.push_back(fmt::format(
+        "colours end at {:.3g} {}; the largest value, {:.3g} {} at t = {:.4g} s, lies above: color_range = \"full\" takes it in",
+        largest * animation.scalar_bar->factor, animation.scalar_bar->unit, all * animation.scalar_bar->factor, animation.scalar_bar->unit,
+        at));
+}
+
+// Bodies whose faces are too coarse to colour them by what their corners have, at the moment when that is largest.
+void mark_coarse(Animation& animation, const Survey& survey) {
+  if (!animation.scalar_bar || survey.moments.empty()) return;
+  const double range = animation.scalar_map.upper - animation.scalar_map.lower;
+  const auto most = std::max_element(survey.moments.begin(), survey.moments.end(),
+                                     [](const auto& a, const auto& b) { return a.largest_scalar < b.largest_scalar; });
+  for (size_t b = 0; b < animation.bodies.size(); ++b) {
+    BodyModel& model = animation.bodies[b];
+    if (!model.visible || model.mesh.triangles.empty()) continue;
+    BodyMemory memory;
+    ScalarMemory work;
+    work.wanted = true;
+    std::vector<float> scalars;
+    if (model.flexible) update_displacement(model, animation.results->bodies[b], find_sample(animation.results->times, most->t), memory);
+    update_scalars({model, *animation.results, b, animation.settings}, most->t, memory, work, scalars);
+    model.by_length = is_coarse(model.mesh.triangles, work.components, range);
+  }
+}
+
+}  // namespace flexframe::film
