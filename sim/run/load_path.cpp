@@ -70,7 +70,7 @@ class Path {
         throw InputError(
             fmt::format("{}: a prescribed motion has a rate at t = 0; a load path is one of states at rest", system.scene.file.string()));
     varied_ = varied(system.model, system.scene, options.force);
-    all_ = {std::vector<char>(system.model.parts.size(), 1), std::vector<char>(system.model.parts.size(), 1)};
+    all_ = {std::vector<char>(system.model.parts.size(), 1), std::vector<char>(system.model.parts.size(), 1), {}};
     out_.columns = plans_.columns;
     out_.units = plans_.units;
   }

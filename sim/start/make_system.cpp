@@ -94,14 +94,15 @@ void say_rest(const StaticSolution& found, double duration, Notes& notes) {
 
 }  // namespace
 
-System make_system(const Scene& scene) {
+System make_system(const Scene& scene, const BeforeRest& before) {
   System system;
   system.scene = scene;
   build(system);
   while (let_lengthen(held_lengths(system.model, system.scene, system.work), system.scene, system.notes)) build(system);
   if (wants_statics(scene)) {
     load_at_rest(system.model, system.work);
-    const StaticSolution at_rest = solve_statics(system.model, scene, system.work);
+    const std::vector<char> left = before ? before(system.model, system.work) : std::vector<char>();
+    const StaticSolution at_rest = solve_statics(system.model, scene, system.work, left);
     update_expressions(system.model, 0.0, system.work);
     assemble_rates(system.model, scene, system.work, system.notes);
     say_rest(at_rest, scene.simulation.duration, system.notes);

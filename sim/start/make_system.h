@@ -3,9 +3,16 @@
 
 #include "sim/time/system.h"
 
+#include <functional>
+#include <vector>
+
 namespace flexframe::sim {
 
+// Makes an assembled start ready for the search for a static one: may move work.q to where it is to begin, and returns which coordinates it
+// leaves where they are, a mark a rate of w_all (statics.h).
+using BeforeRest = std::function<std::vector<char>(const Model&, Work&)>;
+
 // Builds the model and assembles the start (t = 0). Throws InputError.
-System make_system(const Scene& scene);
+System make_system(const Scene& scene, const BeforeRest& before = {});
 
 }  // namespace flexframe::sim

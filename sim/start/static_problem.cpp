@@ -17,7 +17,7 @@ bool starts_static(const BodyDef& body) {
 
 Sought what_is_sought(const Model& model, const Scene& scene) {
   const size_t n = model.parts.size();
-  Sought out{std::vector<char>(n, 0), std::vector<char>(n, 0)};
+  Sought out{std::vector<char>(n, 0), std::vector<char>(n, 0), {}};
   // Trees that hang on ground, joined where a loop runs through them: what happens in one does not move another.
   std::vector<int> tree(n);
   for (const Cluster& c : model.clusters) {
@@ -108,7 +108,7 @@ bool StaticProblem::evaluate(const std::vector<VecX>* elastic, VecX& f) {
 void StaticProblem::find_directions(const Sought& what) {
   sought.clear();
   for (const Direction& d : independent_directions(model, work))
-    if (d.rate >= 0 ? what.joint[d.part] : what.elastic[d.part]) sought.push_back(d);
+    if ((d.rate >= 0 ? what.joint[d.part] : what.elastic[d.part]) && (what.left.empty() || !what.left[d.v])) sought.push_back(d);
   scale.resize(static_cast<Eigen::Index>(sought.size()));
   for (size_t k = 0; k < sought.size(); ++k) scale[static_cast<Eigen::Index>(k)] = sought[k].scale;
 }

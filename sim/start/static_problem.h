@@ -10,9 +10,10 @@
 
 namespace flexframe::sim {
 
-// Per part: whether its elastic coordinates are sought, and whether its joint may move.
+// Per part: whether its elastic coordinates are sought, and whether its joint may move. Per rate of w_all: whether the search leaves its
+// coordinate where it is all the same (empty: none).
 struct Sought {
-  std::vector<char> elastic, joint;
+  std::vector<char> elastic, joint, left;
 };
 // Whether a body says of itself that it starts from equilibrium.
 bool starts_static(const BodyDef& body);

@@ -328,8 +328,9 @@ bool wants_statics(const Scene& scene) {
   return scene.simulation.static_start || std::any_of(scene.bodies.begin(), scene.bodies.end(), starts_static);
 }
 
-StaticSolution solve_statics(const Model& model, const Scene& scene, Work& work) {
-  const Sought what = what_is_sought(model, scene);
+StaticSolution solve_statics(const Model& model, const Scene& scene, Work& work, const std::vector<char>& left) {
+  Sought what = what_is_sought(model, scene);
+  what.left = left;
   StaticSolution out;
   const VecX rates = work.w;
   work.w.setZero();

@@ -33,7 +33,8 @@ struct StaticSolution {
 //
 // What is sought: the elastic coordinates of the bodies marked `initial = { static = true }` and, in the trees and loops they stand
 // in, every joint coordinate whose `initial` gives neither value nor rate; with SimulationSettings::static_start of all bodies and
-// joints. The rest is held. Joint friction holds nothing.
+// joints. The rest is held. Joint friction holds nothing. `left`, per rate of w_all: coordinates that stay where they are all the same, as
+// if nothing drove them (out of the plane of a mechanism that is its own mirror image they are in balance); empty: none.
 //
 // Newton's method on the forces of rest_forces, each step damped until the tangent stiffness is positive definite (so that a search
 // runs downhill, to a stable equilibrium), limited to half a radian or half the mechanism and cut back where the force along it
@@ -44,7 +45,7 @@ struct StaticSolution {
 // stable (linearise.h): gyroscopic forces hold what stiffness alone does not.
 // Throws InputError naming the coordinate that finds no rest and the force that drives it, prescribed accelerations where these are the
 // reason, and beams deformed beyond what their linear displacements can show.
-StaticSolution solve_statics(const Model& model, const Scene& scene, Work& work);
+StaticSolution solve_statics(const Model& model, const Scene& scene, Work& work, const std::vector<char>& left = {});
 
 // Whether a scene starts from static equilibrium, wholly or in part.
 bool wants_statics(const Scene& scene);
