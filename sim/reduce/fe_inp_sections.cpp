@@ -129,6 +129,11 @@ void InpResolver::add_beam_section(int space, const InpSection& s, const std::ve
          fmt::format("*BEAM SECTION, SECTION={}: RECT, CIRC, PIPE, BOX, I and GENERAL with dimensions > 0 can be read; give others as "
                      "GENERAL (area, I11, I12, I22, J)",
                      s.shape));
+  if (const auto& d = s.numbers; s.shape == "BOX" && d.size() >= 6 && (d[2] != d[4] || d[3] != d[5]))
+    model.warnings.push_back(
+        fmt::format("{}: *BEAM SECTION, SECTION=BOX whose walls differ: its centroid lies at the nodes here, in Abaqus the middle of the "
+                    "box; where that matters move the nodes, or give the beam as GENERAL",
+                    deck.where(s.place)));
   made->n1 = spaces[space].turn * s.n1;
   model.beam_sections.push_back(*made);
   if (s.shape == "RECT" || s.shape == "CIRC") rectangles[static_cast<int>(model.beam_sections.size()) - 1] = s.shape == "RECT";

@@ -46,6 +46,7 @@ RigidMass rigid_mass(const FeModel& model, const FeSystem& system) {
   const MatX G = product_tn(R, symmetric_product(system.M, R));
   RigidMass out;
   out.mass = G.topLeftCorner<3, 3>().trace() / 3.0;
+  out.directions = G.diagonal().head<3>();
   // Row a: int e_a . (e_b x c) dm.
   out.md = 0.5 * Vec3(G(2, 4) * 1.0 - G(1, 5), G(0, 5) - G(2, 3), G(1, 3) - G(0, 4)) * -1.0;
   for (int a = 0; a < 3; ++a)

@@ -10,6 +10,7 @@ struct RigidMass {
   double mass = 0.0;
   Vec3 md = Vec3::Zero();
   Vec6 J = Vec6::Zero();
+  Vec3 directions = Vec3::Zero();  // kg, the mass that moves along each axis; alike in any free body
 };
 RigidMass rigid_mass(const FeModel& model, const FeSystem& system);
 

@@ -25,12 +25,18 @@ bool harmless(const std::string& name) {
 }  // namespace
 
 FeModel NastranReader::run() {
-  for (const NastranCard& c : deck.cards) sort_card(c);
-  for (const auto& [id, c] : grids) add_grid(*c);
-  if (model.nodes.empty()) throw InputError(fmt::format("{}: no grids", model.file));
-  for (const auto& entry : materials) complaints.guarded([&] { add_material(entry.first, *entry.second); });
-  for (const NastranCard* c : elements) complaints.guarded([&] { add_element(*c); });
-  for (const NastranCard* c : ties) complaints.guarded([&] { add_tie(*c); });
+  complaints.texts = deck.complaints;
+  for (const NastranCard& c : deck.cards) complaints.guarded([&] { sort_card(c); });
+  // What follows would only name what is missing with the file.
+  if (deck.incomplete) complaints.raise(model.file);
+  for (const auto& entry : grids) attempt([&] { add_grid(*entry.second); });
+  if (grids.empty()) {
+    complaints.texts.push_back(fmt::format("{}: no grids", model.file));
+    complaints.raise(model.file);
+  }
+  for (const auto& entry : materials) attempt([&] { add_material(entry.first, *entry.second); });
+  for (const NastranCard* c : elements) attempt([&] { add_element(*c); });
+  for (const NastranCard* c : ties) attempt([&] { add_tie(*c); });
   add_conditions();
   complaints.raise(model.file);
   if (model.elements.empty()) throw InputError(fmt::format("{}: no elements that can be used", model.file));
@@ -55,23 +61,26 @@ void NastranReader::once(std::map<int, const NastranCard*>& table, const Nastran
 
 void NastranReader::sort_card(const NastranCard& c) {
   const std::string& n = c.name;
-  static const std::set<std::string> element_names = {"CBAR", "CBEAM", "CROD", "CONROD", "CTUBE", "CELAS1", "CELAS2", "CONM2", "CBUSH"};
-  static const std::set<std::string> property_names = {"PSOLID", "PSHELL", "PCOMP", "PCOMPG", "PBAR",  "PBARL",
-                                                       "PBEAM",  "PBEAML", "PROD",  "PTUBE",  "PELAS", "PBUSH"};
+  static const std::set<std::string> element_names = {"CBAR",   "CBEAM", "CROD",  "CONROD", "CTUBE",  "CELAS1",
+                                                      "CELAS2", "CONM2", "CBUSH", "CONM1",  "CMASS1", "CMASS2"};
+  static const std::set<std::string> property_names = {"PSOLID", "PSHELL", "PCOMP", "PCOMPG", "PBAR", "PBARL",
+                                                       "PBEAM",  "PBEAML", "PROD",  "PTUBE",  "PBUSH"};
   if (n == "GRID") once(grids, c);
   else if (n == "GRDSET") grid_defaults = &c;
   else if (n == "BAROR") bar_defaults = &c;
   else if (n == "BEAMOR") beam_defaults = &c;
-  else if (n == "MAT1" || n == "MAT8" || n == "MAT9" || n == "MAT2") once(materials, c);
+  else if (n == "MAT1" || n == "MAT8" || n == "MAT9" || n == "MAT2" || n == "MAT11") once(materials, c);
   else if (n.starts_with("CORD")) {
     once(coordinate_cards, c);
     // Two systems by grids fit on one card.
     if (n.starts_with("CORD1") && !deck.blank(c, 4)) deck.fail(c, "give the second system on a card of its own");
-  } else if (property_names.contains(n)) once(n == "PELAS" ? springs : properties, c);
+  } else if (property_names.contains(n)) once(properties, c);
+  else if (n == "PELAS") scalar_properties(springs, c, 4);
+  else if (n == "PMASS") scalar_properties(scalar_masses, c, 2);
   else if (element_names.contains(n) || std::any_of(nastran_element_cards().begin(), nastran_element_cards().end(),
                                                     [&](const NastranElementCard& e) { return n == e.name; }))
     elements.push_back(&c);
-  else if (n == "RBE2" || n == "RBE3" || n == "RBAR") ties.push_back(&c);
+  else if (n == "RBE2" || n == "RBE3" || n == "RBAR" || n == "RBE1" || n == "RROD" || n == "RTRPLT") ties.push_back(&c);
   else if (n == "SPC" || n == "SPC1") supports.push_back(&c);
   else if (n == "MPC") equations.push_back(&c);
   else if (n == "SPCADD" || n == "MPCADD") {
@@ -80,18 +89,39 @@ void NastranReader::sort_card(const NastranCard& c) {
   } else if (n == "PARAM" && c.fields[0] == "WTMASS") weight_to_mass = deck.real(c, 1, 1.0);
   else if (n.starts_with("CDAMP") || n == "CVISC")
     add_once(model.notes, fmt::format("{}: {} is left out: damping comes with --damping, dampers in the scene", deck.where(c), n));
-  else if (n.starts_with("BCT") || n.starts_with("BSURF") || n.starts_with("BCONT") || n == "BGSET")
+  else if (!refused_card(c) && !harmless(n)) note_other(c);
+}
+
+bool NastranReader::refused_card(const NastranCard& c) {
+  const std::string& n = c.name;
+  const bool mass = n == "NSM" || n == "NSM1" || n == "NSML" || n == "NSML1" || n == "NSMADD";
+  if (n.starts_with("BCT") || n.starts_with("BSURF") || n.starts_with("BCONT") || n == "BGSET")
     refuse(c,
            "contact is no part of a linear body: merge the nodes, or reduce the parts as bodies of their own and join them in the scene");
   else if (n == "DMIG" || n == "K2GG" || n == "GENEL") refuse(c, "give K and M of the whole as matrices (.mtx)");
+  else if (n == "SPOINT" || n == "EPOINT" || n == "CELAS3" || n == "CELAS4" || n == "CMASS3" || n == "CMASS4")
+    refuse(c, "scalar points have no place in space, and so no place in a body that moves there");
+  else if (n[0] == '=') refuse(c, "cards that repeat the one before with a step cannot be read: write them out");
+  else if (mass && deck.chosen.contains("NSM")) refuse(c, "give the mass as NSM of PSHELL, PBAR, PBEAM or as CONM2");
+  else if (n == "CSHEAR") refuse(c, "shear panels cannot be read; use CQUAD4 with a thin PSHELL and rods at its edges");
   else if ((n[0] == 'C' && n.size() > 1 && std::isupper(static_cast<unsigned char>(n[1])) && !harmless(n) && n != "CEND" &&
             !n.starts_with("CAERO") && !n.starts_with("CHBDY")) ||
-           n == "RBE1" || n == "RROD" || n.starts_with("RTRPLT") || n == "RSPLINE" || n == "RSSCON" || n == "RJOINT")
+           n == "RSPLINE" || n == "RSSCON" || n == "RJOINT" || n == "RTRPLT1")
     refuse(c,
-           "cannot be read; there are CTETRA CHEXA CPENTA CQUAD4 CQUAD8 CTRIA3 CTRIA6 CBAR CBEAM CROD CTUBE CELAS1 CELAS2 CBUSH CONM2 RBE2 "
-           "RBE3 RBAR MPC");
-  else if (n == "SPOINT" || n == "EPOINT") refuse(c, "scalar points have no place in space, and so no place in a body that moves there");
-  else if (!harmless(n)) note_other(c);
+           "cannot be read; there are CTETRA CHEXA CPENTA CQUAD4 CQUAD8 CTRIA3 CTRIA6 CBAR CBEAM CROD CTUBE CELAS1 CELAS2 CBUSH CMASS1 "
+           "CMASS2 CONM1 CONM2 RBE1 RBE2 RBE3 RBAR RROD RTRPLT MPC");
+  else return false;
+  return true;
+}
+
+void NastranReader::scalar_properties(std::map<int, std::pair<const NastranCard*, size_t>>& table, const NastranCard& c, size_t step) {
+  for (size_t k = 0; k < c.fields.size(); k += step) {
+    if (deck.blank(c, k)) continue;
+    const int id = deck.integer(c, k);
+    const auto [at, fresh] = table.try_emplace(id, &c, k);
+    if (!fresh && deck.real(*at->second.first, at->second.second + 1) != deck.real(c, k + 1))
+      deck.fail(c, fmt::format("number {} is there twice (also in line {})", id, at->second.first->line));
+  }
 }
 
 void NastranReader::note_other(const NastranCard& c) {
@@ -128,10 +158,14 @@ void NastranReader::allow_massless() {
 
 void NastranReader::refuse(const NastranCard& c, const std::string& text) {
   const std::string head = fmt::format(": {}: {}", c.name, text);
-  // The first of each kind.
+  // The first of each kind, and the lines of a few more.
   std::vector<std::string>& texts = complaints.texts;
-  if (std::none_of(texts.begin(), texts.end(), [&](const std::string& r) { return r.ends_with(head); }))
-    texts.push_back(deck.where(c) + head);
+  const auto same = std::find_if(texts.begin(), texts.end(), [&](const std::string& r) { return r.find(head) != std::string::npos; });
+  if (same == texts.end()) return texts.push_back(deck.where(c) + head);
+  constexpr size_t most = 8;
+  const int count = ++refused_more[head];
+  if (count < static_cast<int>(most)) *same += fmt::format("{}{}", count == 1 ? "; also in line " : ", ", c.line);
+  else if (count == static_cast<int>(most)) *same += ", ...";
 }
 
 const NastranCoordinates& NastranReader::coordinates(const NastranCard& from, int id, int depth) {
@@ -177,6 +211,7 @@ Vec3 NastranReader::scaled(char kind, const Vec3& x) const {
 Vec3 NastranReader::grid_place(const NastranCard& from, int id, int depth) {
   const auto it = grids.find(id);
   if (it == grids.end()) deck.fail(from, fmt::format("grid {} is not there", id));
+  if (bad_grids.contains(id)) throw NastranMissingGrid();
   if (depth > 100) deck.fail(from, fmt::format("grid {} is placed by itself", id));
   const NastranCard& c = *it->second;
   const int cp = deck.integer(c, 1, grid_defaults ? deck.integer(*grid_defaults, 1) : 0);
@@ -186,9 +221,18 @@ Vec3 NastranReader::grid_place(const NastranCard& from, int id, int depth) {
 
 void NastranReader::add_grid(const NastranCard& c) {
   const int id = deck.integer(c, 0);
+  bad_grids.insert(id);
   if (id <= 0) deck.fail(c, fmt::format("a number > 0 is expected, found {}", id));
+  bad_grids.erase(id);
   const int node = static_cast<int>(model.nodes.size());
-  model.nodes.push_back(grid_place(c, id));
+  Vec3 place;
+  try {
+    place = grid_place(c, id);
+  } catch (...) {
+    bad_grids.insert(id);
+    throw;
+  }
+  model.nodes.push_back(place);
   model.node_ids.push_back(id);
   node_at[id] = node;
   if (const int cd = deck.integer(c, 5, grid_defaults ? deck.integer(*grid_defaults, 5) : 0); cd > 0) displacement[node] = cd;
@@ -198,6 +242,7 @@ void NastranReader::add_grid(const NastranCard& c) {
 int NastranReader::node(const NastranCard& c, size_t field) {
   const int id = deck.integer(c, field);
   const auto it = node_at.find(id);
+  if (it == node_at.end() && grids.contains(id)) throw NastranMissingGrid();
   if (it == node_at.end()) deck.fail(c, fmt::format("grid {} is not there", id));
   return it->second;
 }
@@ -241,6 +286,19 @@ void NastranReader::add_material(int id, const NastranCard& c) {
     m.elasticity = S.inverse() * stress;
     m.youngs_modulus = E1 * stress;
     m.density = deck.real(c, 7) * density;
+  } else if (c.name == "MAT11") {
+    // E1 E2 E3 NU12 NU13 NU23 G12, then G13 G23 RHO.
+    const double E1 = deck.real(c, 1), E2 = deck.real(c, 2), E3 = deck.real(c, 3), G12 = deck.real(c, 7), G13 = deck.real(c, 8),
+                 G23 = deck.real(c, 9);
+    if (!(E1 > 0.0 && E2 > 0.0 && E3 > 0.0 && G12 > 0.0 && G13 > 0.0 && G23 > 0.0)) deck.fail(c, "E1, E2, E3, G12, G13, G23 must be > 0");
+    Mat6 S = Mat6::Zero();
+    S.diagonal() << 1 / E1, 1 / E2, 1 / E3, 1 / G12, 1 / G23, 1 / G13;
+    S(0, 1) = S(1, 0) = -deck.real(c, 4) / E1;
+    S(0, 2) = S(2, 0) = -deck.real(c, 5) / E1;
+    S(1, 2) = S(2, 1) = -deck.real(c, 6) / E2;
+    m.elasticity = S.inverse() * stress;
+    m.youngs_modulus = E1 * stress;
+    m.density = deck.real(c, 10) * density;
   } else if (c.name == "MAT9") {
     Mat6 C;
     size_t k = 1;

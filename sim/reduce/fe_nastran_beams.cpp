@@ -169,12 +169,16 @@ void NastranReader::tapered(const NastranCard& p, FeBeamSection& s, Eigen::Vecto
 FeBeamSection NastranReader::section_by_shape(const NastranCard& p) {
   const double line_mass = units.mass * weight_to_mass / units.length;
   const std::string kind = deck.blank(p, 3) ? "" : p.fields[3];
-  static const std::map<std::string, size_t> wanted = {{"ROD", 1}, {"TUBE", 2}, {"BAR", 2},  {"BOX", 4},  {"I", 6},
-                                                       {"T", 4},   {"L", 4},    {"CHAN", 4}, {"TUBE2", 2}};
+  static const std::map<std::string, size_t> wanted = {
+      {"ROD", 1},   {"TUBE", 2}, {"BAR", 2},   {"BOX", 4}, {"I", 6},  {"T", 4}, {"L", 4},     {"CHAN", 4}, {"TUBE2", 2}, {"I1", 4},
+      {"CHAN1", 4}, {"Z", 4},    {"CHAN2", 4}, {"T1", 4},  {"T2", 4}, {"H", 4}, {"CROSS", 4}, {"HAT", 4},  {"BOX1", 6}};
   const auto known = wanted.find(kind);
-  if (known == wanted.end())
-    deck.fail(p, fmt::format("section {}: ROD, TUBE, TUBE2, BAR, BOX, I, T, L and CHAN can be read; give others as {}", kind,
-                             p.name.substr(0, p.name.size() - 1)));
+  if (known == wanted.end()) {
+    std::vector<std::string> names;
+    for (const auto& entry : wanted) names.push_back(entry.first);
+    deck.fail(
+        p, fmt::format("section {}: {} can be read; give others as {}", kind, fmt::join(names, " "), p.name.substr(0, p.name.size() - 1)));
+  }
   std::vector<double> d;
   for (size_t k = 8; k < p.fields.size() && !deck.blank(p, k) && d.size() <= known->second; ++k) {
     // Of a beam the stations follow.
@@ -193,7 +197,19 @@ FeBeamSection NastranReader::section_by_shape(const NastranCard& p) {
   else if (kind == "TUBE2") made = beam_shape("PIPE", {d[0], d[1]});
   else if (kind == "BAR") made = beam_shape("RECT", {d[1], d[0]});
   else if (kind == "BOX") made = beam_shape("BOX", {d[1], d[0], d[2], d[3], d[2], d[3]});
+  else if (kind == "BOX1") made = beam_shape("BOX", {d[1], d[0], d[2], d[4], d[3], d[5]});
   else made = open_section(kind, d);
+  const bool symmetric = kind == "I" ? d[1] == d[2] && d[4] == d[5] : kind == "BOX1" ? d[2] == d[3] && d[4] == d[5] : true;
+  static const std::set<std::string> lopsided = {"T", "L", "CHAN", "CHAN1", "CHAN2", "T1", "T2", "HAT"};
+  if (p.name == "PBEAML" && (lopsided.contains(kind) || !symmetric))
+    add_once(model.warnings, fmt::format("{}: PBEAML, section {}: its centroid lies in the line of the grids here; Nastran has the shear "
+                                         "centre there and the centroid beside it",
+                                         deck.where(p), kind));
+  if (kind == "Z")
+    add_once(model.warnings,
+             fmt::format("{}: {}, section Z: its upper flange points against the element's z; where the mirrored section is meant, give "
+                         "it as {} with I12",
+                         deck.where(p), p.name, p.name.substr(0, p.name.size() - 1)));
   if (!made) deck.fail(p, fmt::format("section {}: dimensions > 0 that leave a section are expected", kind));
   if (d.size() > known->second) made->mass_per_length = d[known->second] / units.length * line_mass;
   return *made;

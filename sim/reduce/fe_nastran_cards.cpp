@@ -43,8 +43,11 @@ class CardReader {
   void read(const std::filesystem::path& path, int depth) {
     std::error_code error;
     std::ifstream in(path);
-    if (!in || std::filesystem::is_directory(path, error))
-      throw InputError(fmt::format("{}: cannot be opened{}", path.string(), depth > 0 ? " (INCLUDE)" : ""));
+    if (!in || std::filesystem::is_directory(path, error)) {
+      if (depth == 0) throw InputError(fmt::format("{}: cannot be opened", path.string()));
+      deck.incomplete = true;
+      return complain(fmt::format("{}: cannot be opened (INCLUDE)", path.string()));
+    }
     const int file = static_cast<int>(deck.files.size());
     deck.files.push_back(path.string());
     note_file_read(path);
@@ -70,8 +73,11 @@ class CardReader {
           std::replace(more.begin(), more.end(), '\\', '/');
           target += more;
         }
-        if (depth >= 8 || target.empty())
-          throw InputError(fmt::format("{}:{}: INCLUDE needs a file, and nests at most 8 deep", path.string(), number));
+        if (depth >= 8 || target.empty()) {
+          deck.incomplete = true;
+          complain(fmt::format("{}:{}: INCLUDE needs a file, and nests at most 8 deep", path.string(), number));
+          continue;
+        }
         // Beside the file that names it, else beside the first.
         const std::filesystem::path beside = path.parent_path() / target,
                                     first = std::filesystem::path(deck.files[0]).parent_path() / target;
@@ -81,6 +87,9 @@ class CardReader {
       if (words.starts_with("BEGIN") && words.find("BULK") != std::string::npos) {
         // What stood before was executive and case control.
         deck.cards.clear();
+        deck.complaints.clear();
+        open_cards.clear();
+        goes_on.clear();
         continue;
       }
       if (words.starts_with("ENDDATA")) {
@@ -94,6 +103,10 @@ class CardReader {
 
  private:
   bool ended = false;
+  std::string goes_on;                       // what the last line says its continuation begins with
+  std::map<std::string, size_t> open_cards;  // cards that have such a name and were not followed by their continuation
+
+  void complain(const std::string& text) { deck.complaints.push_back(text); }
 
   void case_control(const std::string& words) {
     const size_t equals = words.find('=');
@@ -102,13 +115,13 @@ class CardReader {
     int value = 0;
     const std::string rest = trimmed(words.substr(equals + 1));
     const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), value);
-    if ((key == "SPC" || key == "MPC") && error == std::errc()) deck.chosen.try_emplace(key, value);
+    if ((key == "SPC" || key == "MPC" || key == "NSM") && error == std::errc()) deck.chosen.try_emplace(key, value);
   }
 
   void take(const std::string& line, int file, int number) {
     std::vector<std::string> parts;
     const bool free = line.find(',') != std::string::npos;
-    std::string head;
+    std::string head, tail;
     bool large = false;
     if (free) {
       size_t from = 0;
@@ -124,9 +137,12 @@ class CardReader {
       const size_t room = large ? 4 : 8;
       // One more may name the next line.
       for (size_t k = room + 1; k < parts.size(); ++k)
-        if (!parts[k].empty())
-          throw InputError(fmt::format("{}:{}: {} fields, at most {} are allowed in a line; the next line goes on", deck.files[file],
-                                       number, parts.size(), room));
+        if (!parts[k].empty()) {
+          complain(fmt::format("{}:{}: {} fields, at most {} are allowed in a line; the next line goes on", deck.files[file], number,
+                               parts.size(), room));
+          break;
+        }
+      tail = parts.size() > room ? parts[room] : "";
       parts.resize(room);
     } else {
       head = trimmed(line.substr(0, 8));
@@ -136,13 +152,25 @@ class CardReader {
         const size_t at = 8 + k * width;
         parts.push_back(at < line.size() ? trimmed(std::string_view(line).substr(at, width)) : "");
       }
+      if (line.size() > 72) tail = trimmed(std::string_view(line).substr(72, 8));
     }
+    head = upper(head);
+    tail = upper(tail);
     for (std::string& part : parts) part = upper(part);
     const bool more = head.empty() || head[0] == '+' || head[0] == '*';
     if (more) {
       if (deck.cards.empty()) return;
-      deck.cards.back().fields.insert(deck.cards.back().fields.end(), parts.begin(), parts.end());
-      return;
+      // It belongs to the line before, unless both have names and these differ: then to the one that names it.
+      size_t whose = deck.cards.size() - 1;
+      if (head.size() > 1 && !same_name(goes_on, head)) {
+        const auto named = open_cards.find(head.substr(1));
+        if (named != open_cards.end()) whose = named->second;
+        else if (!goes_on.empty())
+          return complain(fmt::format("{}:{}: the line '{}' goes on from no line before it", deck.files[file], number, head));
+      }
+      NastranCard& card = deck.cards[whose];
+      card.fields.insert(card.fields.end(), parts.begin(), parts.end());
+      return leave_open(tail, whose);
     }
     NastranCard card;
     card.name = upper(head);
@@ -151,6 +179,16 @@ class CardReader {
     card.file = file;
     card.line = number;
     deck.cards.push_back(std::move(card));
+    leave_open(tail, deck.cards.size() - 1);
+  }
+
+  // "+A" and "*A" are the same name, and so is "A" in the tenth field.
+  static std::string bare(const std::string& name) { return !name.empty() && (name[0] == '+' || name[0] == '*') ? name.substr(1) : name; }
+  static bool same_name(const std::string& tail, const std::string& head) { return bare(tail) == bare(head); }
+
+  void leave_open(const std::string& tail, size_t card) {
+    goes_on = tail;
+    if (!bare(tail).empty()) open_cards[bare(tail)] = card;
   }
 };
 

@@ -19,7 +19,9 @@ struct NastranCard {
 struct NastranDeck {
   std::vector<std::string> files;
   std::vector<NastranCard> cards;
-  std::map<std::string, int> chosen;  // SPC and MPC of case control: set numbers, the first of each
+  std::map<std::string, int> chosen;    // SPC, MPC, NSM of case control: set numbers, the first of each
+  std::vector<std::string> complaints;  // of lines that cannot be read
+  bool incomplete = false;              // a file that is named is not there
   std::string where(const NastranCard& c) const;
   [[noreturn]] void fail(const NastranCard& c, const std::string& text) const;
 
@@ -32,6 +34,7 @@ struct NastranDeck {
   std::vector<int> components(const NastranCard& c, size_t field) const;
 };
 
+// Throws InputError where the first file cannot be opened; what is wrong in it stands in the deck's complaints.
 NastranDeck read_nastran_cards(const std::filesystem::path& path);
 
 }  // namespace flexframe::sim

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace flexframe::sim {
@@ -25,7 +26,7 @@ FeElement& NastranReader::put(const NastranCard& c, FeShape shape, const std::ve
   FeElement e;
   e.id = deck.integer(c, 0);
   // Masses are numbered by themselves.
-  if (!(c.name.starts_with("CONM") ? mass_ids : element_ids).insert(e.id).second)
+  if (!(c.name.starts_with("CONM") || c.name.starts_with("CMASS") ? mass_ids : element_ids).insert(e.id).second)
     deck.fail(c, fmt::format("element {} is defined twice", e.id));
   e.shape = shape;
   e.first = static_cast<int>(model.connectivity.size());
@@ -39,6 +40,8 @@ FeElement& NastranReader::put(const NastranCard& c, FeShape shape, const std::ve
 void NastranReader::add_element(const NastranCard& c) {
   if (c.name == "CELAS1" || c.name == "CELAS2") return add_spring(c);
   if (c.name == "CONM2") return add_mass(c);
+  if (c.name == "CONM1") return add_mass_matrix(c);
+  if (c.name == "CMASS1" || c.name == "CMASS2") return add_scalar_mass(c);
   if (c.name == "CBUSH") return add_bush(c);
   if (c.name == "CBAR" || c.name == "CBEAM") return add_beam(c);
   if (c.name == "CROD" || c.name == "CONROD" || c.name == "CTUBE") return add_rod(c);
@@ -106,7 +109,7 @@ void NastranReader::finish_shell(const NastranCard& c, const NastranCard& p, int
   double offset = deck.real(c, angle + 1) * units.length;
   if (e.shape == FeShape::quadrangle8) offset = deck.real(c, 15) * units.length;
   if (p.name == "PSHELL") {
-    e.thickness = deck.real(p, 2) * units.length;
+    e.thickness = thickness_of(c, e.shape, deck.real(p, 2) * units.length);
     if (deck.blank(p, 1)) deck.fail(p, "without MID1 the shell has no membrane stiffness; give MID1 = MID2");
     if (!deck.blank(p, 10)) deck.fail(p, "MID4 (bending that couples with stretching) cannot be read; use PCOMP");
     FeLayup layup;
@@ -139,6 +142,31 @@ void NastranReader::finish_shell(const NastranCard& c, const NastranCard& p, int
     model.axes.push_back(Eigen::AngleAxisd(deck.real(c, angle) * std::numbers::pi / 180.0, Q.col(2)).toRotationMatrix() * Q);
   }
   e.axes = static_cast<int>(model.axes.size()) - 1;
+}
+
+double NastranReader::thickness_of(const NastranCard& c, FeShape shape, double otherwise) {
+  // T1, T2 ... of CQUAD4 and CTRIA3 stand behind TFLAG in the second line, of CQUAD8 behind the grids, of CTRIA6 behind the offset.
+  const size_t count = shape == FeShape::quadrangle4 || shape == FeShape::quadrangle8 ? 4 : 3;
+  const bool linear = shape == FeShape::quadrangle4 || shape == FeShape::triangle3;
+  const size_t flag = linear ? 9 : shape == FeShape::quadrangle8 ? 16 : 13;
+  const bool relative = deck.blank(c, flag) ? false : deck.integer(c, flag) == 1;
+  double sum = 0.0, least = std::numeric_limits<double>::infinity(), most = 0.0;
+  bool any = false;
+  for (size_t k = 0; k < count; ++k) {
+    const size_t field = 10 + k;
+    any = any || !deck.blank(c, field);
+    const double t = deck.blank(c, field) ? otherwise : deck.real(c, field) * (relative ? otherwise : units.length);
+    sum += t;
+    least = std::min(least, t);
+    most = std::max(most, t);
+  }
+  if (!any) return otherwise;
+  const double mean = sum / static_cast<double>(count);
+  if (most - least > 0.05 * mean)
+    add_once(model.warnings, fmt::format("{}: {}: thicknesses at the grids differ by more than 5 %; each element has their mean: use more "
+                                         "elements where they change much",
+                                         deck.where(c), c.name));
+  return mean;
 }
 
 int NastranReader::find_layup(const FeLayup& layup) {
@@ -193,16 +221,7 @@ void NastranReader::lump(const NastranCard& c, const std::vector<int>& nodes, Ma
   e.section = static_cast<int>(model.lumps.size()) - 1;
 }
 
-void NastranReader::add_spring(const NastranCard& c) {
-  double k = 0.0;
-  if (c.name == "CELAS2") {
-    k = deck.real(c, 1);
-  } else {
-    const auto p = springs.find(deck.integer(c, 1));
-    if (p == springs.end()) deck.fail(c, fmt::format("property {} is not there", deck.integer(c, 1)));
-    k = deck.real(*p->second, 1);
-  }
-  std::vector<int> nodes;
+std::vector<std::pair<int, int>> NastranReader::scalar_ends(const NastranCard& c) {
   std::vector<std::pair<int, int>> ends;
   for (size_t at : {size_t{2}, size_t{4}}) {
     if (deck.blank(c, at) || deck.integer(c, at) == 0) continue;
@@ -211,8 +230,11 @@ void NastranReader::add_spring(const NastranCard& c) {
     ends.emplace_back(node(c, at), dofs[0]);
   }
   if (ends.empty()) deck.fail(c, "no grid");
+  return ends;
+}
+
+VecX NastranReader::between(const NastranCard& c, const std::vector<std::pair<int, int>>& ends, std::vector<int>& nodes, bool& turns) {
   VecX b = VecX::Zero(6 * static_cast<Eigen::Index>(ends.size()));
-  bool turns = false;
   double sign = 1.0;
   for (size_t i = 0; i < ends.size(); ++i) {
     nodes.push_back(ends[i].first);
@@ -221,6 +243,22 @@ void NastranReader::add_spring(const NastranCard& c) {
     b.segment<3>(6 * static_cast<Eigen::Index>(i) + (d < 3 ? 0 : 3)) = sign * directions(c, ends[i].first).col(d % 3);
     sign = -1.0;
   }
+  return b;
+}
+
+void NastranReader::add_spring(const NastranCard& c) {
+  double k = 0.0;
+  if (c.name == "CELAS2") {
+    k = deck.real(c, 1);
+  } else {
+    const auto p = springs.find(deck.integer(c, 1));
+    if (p == springs.end()) deck.fail(c, fmt::format("property {} is not there", deck.integer(c, 1)));
+    k = deck.real(*p->second.first, p->second.second + 1);
+  }
+  const std::vector<std::pair<int, int>> ends = scalar_ends(c);
+  std::vector<int> nodes;
+  bool turns = false;
+  const VecX b = between(c, ends, nodes, turns);
   // Force over length, moment over angle.
   const double unit = units.mass / (units.time * units.time) * (ends[0].second >= 3 ? units.length * units.length : 1.0);
   lump(c, nodes, k * unit * b * b.transpose(), MatX::Zero(b.size(), b.size()), turns);

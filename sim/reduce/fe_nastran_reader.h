@@ -1,5 +1,5 @@
 // Private to fe_nastran.cpp (cards, coordinate systems, grids, materials), fe_nastran_elements.cpp and fe_nastran_ties.cpp (rigid elements,
-// supports, equations): Nastran bulk data become a model.
+// supports, equations), fe_nastran_beams.cpp, fe_nastran_masses.cpp, fe_nastran_rigid.cpp: Nastran bulk data become a model.
 #pragma once
 
 #include "sim/reduce/fe_complaints.h"
@@ -60,6 +60,9 @@ struct NastranElementCard {
 };
 const std::vector<NastranElementCard>& nastran_element_cards();
 
+// A grid whose own card is complained of.
+struct NastranMissingGrid {};
+
 class NastranReader {
  public:
   NastranReader(NastranDeck d, const FeUnits& u, const std::string& file) : deck(std::move(d)), units(u) { model.file = file; }
@@ -70,16 +73,19 @@ class NastranReader {
   FeUnits units;
   FeModel model;
   FeComplaints complaints;
-  std::map<int, const NastranCard*> grids, materials, properties, coordinate_cards, springs;
+  std::map<int, const NastranCard*> grids, materials, properties, coordinate_cards;
   std::map<int, NastranCoordinates> known_coordinates;
   std::vector<const NastranCard*> elements, ties, supports, equations;
   const NastranCard *grid_defaults = nullptr, *bar_defaults = nullptr, *beam_defaults = nullptr;  // GRDSET, BAROR, BEAMOR
   std::set<std::string> told;
+  std::set<int> bad_grids;                      // whose own cards are complained of
+  std::map<std::string, int> refused_more;      // of a refusal: how often again
   std::map<int, std::string> other_properties;  // cards of properties that cannot be read
   std::map<int, std::set<int>> unions;          // SPCADD, MPCADD
   std::unordered_map<int, int> node_at;
   std::map<int, int> displacement;  // node -> coordinates of its motions
   std::map<int, int> material_at, shell_layup;
+  std::map<int, std::pair<const NastranCard*, size_t>> springs, scalar_masses;  // PELAS, PMASS: card and field of the number
   std::set<int> element_ids, mass_ids;
   std::map<std::pair<int, int>, int> middles;                     // of edges whose middle grid is left out
   std::map<std::pair<int, std::array<double, 3>>, int> arm_ends;  // of beams beside their grids: grid and offset -> node
@@ -88,6 +94,19 @@ class NastranReader {
 
   void once(std::map<int, const NastranCard*>& table, const NastranCard& c);
   void sort_card(const NastranCard& c);
+  // Cards that make no part of the structure that can be read; false: another one.
+  bool refused_card(const NastranCard& c);
+  // Properties of scalar elements, more than one a card.
+  void scalar_properties(std::map<int, std::pair<const NastranCard*, size_t>>& table, const NastranCard& c, size_t step);
+  // Runs it and keeps its complaint, unless it is that a grid is missing that has a complaint of its own.
+  template <class Work>
+  void attempt(const Work& work) {
+    try {
+      complaints.guarded(work);
+    } catch (const NastranMissingGrid&) {
+      return;
+    }
+  }
   void refuse(const NastranCard& c, const std::string& text);
   void note_other(const NastranCard& c);
   // Materials without density where the model has mass elsewhere.
@@ -115,6 +134,8 @@ class NastranReader {
   FeElement& put(const NastranCard& c, FeShape shape, const std::vector<int>& nodes);
   void add_element(const NastranCard& c);
   void finish_shell(const NastranCard& c, const NastranCard& p, int theta, FeElement& e);
+  // The thickness at an element's own grids where it gives some, m; their mean, with a warning where they differ.
+  double thickness_of(const NastranCard& c, FeShape shape, double otherwise);
   int find_layup(const FeLayup& layup);
   // PCOMP; thickness comes back.
   int composite(const NastranCard& p, double offset, double& thickness);
@@ -134,6 +155,12 @@ class NastranReader {
   void add_rod(const NastranCard& c);
   void lump(const NastranCard& c, const std::vector<int>& nodes, MatX K, MatX M, bool turns);
   void add_spring(const NastranCard& c);
+  // Grids and motions of a scalar element, one or two.
+  std::vector<std::pair<int, int>> scalar_ends(const NastranCard& c);
+  // What it measures: b . u is the motion of its first end less that of its second. nodes, turns: of the lump.
+  VecX between(const NastranCard& c, const std::vector<std::pair<int, int>>& ends, std::vector<int>& nodes, bool& turns);
+  void add_scalar_mass(const NastranCard& c);
+  void add_mass_matrix(const NastranCard& c);
   void add_bush(const NastranCard& c);
   void add_mass(const NastranCard& c);
 
@@ -146,6 +173,12 @@ class NastranReader {
   // Some motions only, in the dependent grid's directions.
   void partly(const NastranCard& c, int reference, int slave, const std::set<int>& dofs);
   void add_rbe3(const NastranCard& c, FeSpider s);
+  // Motions of grids that follow six independent ones as a rigid body does, linear: grid and its motions (0..5).
+  void add_rigid(const NastranCard& c, const std::vector<std::pair<int, std::vector<int>>>& independent,
+                 const std::vector<std::pair<int, std::vector<int>>>& dependent);
+  void add_rbe1(const NastranCard& c);
+  void add_rigid_bar(const NastranCard& c, size_t grids_there);
+  void add_rigid_rod(const NastranCard& c);
   // Whether a set of supports or equations is asked for; without case control, every one.
   bool asked(const char* what, int sign, int set) const;
   void add_conditions();

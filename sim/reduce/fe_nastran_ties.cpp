@@ -38,6 +38,9 @@ void NastranReader::add_tie(const NastranCard& c) {
   s.name = fmt::format("{}_{}", c.name, deck.integer(c, 0));
   s.line = c.line;
   if (c.name == "RBE3") return add_rbe3(c, s);
+  if (c.name == "RBE1") return add_rbe1(c);
+  if (c.name == "RROD") return add_rigid_rod(c);
+  if (c.name == "RTRPLT") return add_rigid_bar(c, 3);
   std::vector<int> dofs = {0, 1, 2, 3, 4, 5};
   if (c.name == "RBE2") {
     s.node = node(c, 1);
@@ -50,7 +53,7 @@ void NastranReader::add_tie(const NastranCard& c) {
     s.slaves = grids_from(cut, 3);
   } else {
     const bool first = deck.components(c, 3).size() == 6, second = deck.components(c, 4).size() == 6;
-    if (!first && !second) deck.fail(c, "all six independent motions at one end (CNA or CNB = 123456) are expected");
+    if (!first && !second) return add_rigid_bar(c, 2);
     s.node = node(c, first ? 1 : 2);
     s.slaves = {node(c, first ? 2 : 1)};
     if (const std::vector<int> given = deck.components(c, first ? 6 : 5); !given.empty()) dofs = given;
@@ -131,7 +134,7 @@ bool NastranReader::asked(const char* what, int sign, int set) const {
 void NastranReader::add_conditions() {
   std::set<int> sets;
   for (const NastranCard* c : supports)
-    complaints.guarded([&] {
+    attempt([&] {
       const int set = deck.integer(*c, 0);
       if (!asked("SPC", 1, set)) return;
       sets.insert(set);
@@ -151,7 +154,7 @@ void NastranReader::add_conditions() {
         "{}: {} sets of supports (SPC) and no case control that chooses: all of them hold the model (--hold none leaves it free)",
         model.file, sets.size()));
   for (const NastranCard* c : equations)
-    complaints.guarded([&] {
+    attempt([&] {
       if (!asked("MPC", -1, deck.integer(*c, 0))) return;
       FeEquation e;
       e.line = c->line;

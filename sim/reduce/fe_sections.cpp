@@ -274,8 +274,12 @@ std::optional<FeBeamSection> beam_shape(const std::string& shape, std::vector<do
     const double hole_a = a - right - left, hole_b = b - top - bottom;
     if (!(hole_a > 0.0 && hole_b > 0.0)) return std::nullopt;
     s.area = a * b - hole_a * hole_b;
-    s.I11 = (a * b * b * b - hole_a * hole_b * hole_b * hole_b) / 12.0;
-    s.I22 = (b * a * a * a - hole_b * hole_a * hole_a * hole_a) / 12.0;
+    // The hole lies beside the middle where opposite walls differ; about the centroid.
+    const double hole = hole_a * hole_b, beside_a = 0.5 * (left - right), beside_b = 0.5 * (bottom - top),
+                 centre_a = -hole * beside_a / s.area, centre_b = -hole * beside_b / s.area;
+    s.I11 = (a * b * b * b - hole_a * hole_b * hole_b * hole_b) / 12.0 - hole * beside_b * beside_b - s.area * centre_b * centre_b;
+    s.I22 = (b * a * a * a - hole_b * hole_a * hole_a * hole_a) / 12.0 - hole * beside_a * beside_a - s.area * centre_a * centre_a;
+    s.I12 = -hole * beside_a * beside_b - s.area * centre_a * centre_b;
     const double am = a - 0.5 * (right + left), bm = b - 0.5 * (top + bottom);
     s.torsion = box_torsion({left, hole_a, right}, {bottom, hole_b, top});
     s.shear1 = am * (top + bottom);
@@ -330,6 +334,35 @@ std::optional<FeBeamSection> section_of_walls(const std::vector<Wall>& walls) {
 std::optional<FeBeamSection> open_section(const std::string& kind, const std::vector<double>& d) {
   const size_t wants = kind == "I" ? 6 : 4;
   if (d.size() < wants) return std::nullopt;
+  const double flange = 0.5 * (d[3] - d[2]), whole = d[0] + d[1];  // of I1, CHAN1, Z
+  if (kind == "I1") return open_section("I", {d[3], whole, whole, d[1], flange, flange});
+  if (kind == "CHAN1")
+    return section_of_walls({{0.5 * flange, 0.5 * whole, flange, whole},
+                             {0.5 * d[3], 0.5 * d[1], d[2], d[1]},
+                             {d[3] - 0.5 * flange, 0.5 * whole, flange, whole}});
+  if (kind == "Z")
+    return section_of_walls(
+        {{0.5 * flange, 0.5 * d[0], flange, whole}, {0.5 * d[3], 0, d[2], d[1]}, {d[3] - 0.5 * flange, -0.5 * d[0], flange, whole}});
+  if (kind == "CHAN2")
+    return section_of_walls({{0.5 * d[1], 0, d[1], d[3]},
+                             {0.5 * (d[1] + d[2]), 0.5 * (d[3] - d[0]), d[2] - d[1], d[0]},
+                             {0.5 * (d[1] + d[2]), -0.5 * (d[3] - d[0]), d[2] - d[1], d[0]}});
+  if (kind == "T1") return section_of_walls({{0, 0.5 * d[2], d[0], d[2]}, {0, d[2] + 0.5 * d[1], d[3], d[1]}});
+  if (kind == "T2") return section_of_walls({{0.5 * d[2], 0, d[2], d[0]}, {0.5 * (d[1] + d[2]), 0, d[1] - d[2], d[3]}});
+  if (kind == "CROSS")
+    return section_of_walls(
+        {{0, 0, d[2], d[1]}, {0, 0.5 * d[1] + 0.25 * d[0], d[3], 0.5 * d[0]}, {0, -0.5 * d[1] - 0.25 * d[0], d[3], 0.5 * d[0]}});
+  if (kind == "H")
+    return section_of_walls(
+        {{0, 0, d[3], d[0]}, {0, 0.5 * d[0] + 0.25 * d[1], d[2], 0.5 * d[1]}, {0, -0.5 * d[0] - 0.25 * d[1], d[2], 0.5 * d[1]}});
+  if (kind == "HAT") {
+    const double t = d[1], brim = d[3] + t, at = 0.5 * (d[2] + d[3] - t);
+    return section_of_walls({{0.5 * t, at, t, brim},
+                             {0.5 * t, -at, t, brim},
+                             {0.5 * d[0], 0.5 * (d[2] - t), d[0] - 2 * t, t},
+                             {0.5 * d[0], -0.5 * (d[2] - t), d[0] - 2 * t, t},
+                             {d[0] - 0.5 * t, 0, t, d[2]}});
+  }
   if (kind == "I")
     return section_of_walls(
         {{0.5 * d[4], 0, d[4], d[1]}, {0.5 * (d[4] + d[0] - d[5]), 0, d[0] - d[4] - d[5], d[3]}, {d[0] - 0.5 * d[5], 0, d[5], d[2]}});

@@ -47,8 +47,12 @@ std::optional<FeBeamSection> beam_shape(const std::string& shape, std::vector<do
 
 // Open sections of flat walls by Nastran's names and dimensions (m), y along n1 and z along n2: I (height, widths of the lower and upper
 // flange, web, lower and upper flange thickness), T (flange width, height, flange and web thickness, flange on top), L (width, height,
-// lower and standing wall), CHAN (flange width, height, web and flange thickness). About the centroid; torsion is the sum of the walls' own
-// (Saint-Venant, without warping), shear is carried by the walls that lie along it. nullopt: another name, or walls that do not fit.
+// lower and standing wall), CHAN (flange width, height, web and flange thickness), I1 and CHAN1 (what the flanges stand out, web, height
+// between the flanges, height), Z (the same, its upper flange towards -z), CHAN2 (side walls, floor, height, width), T1 (flange height, web
+// length, flange and web thickness), T2 (as T, flange below), CROSS and H (horizontal length beside or between the upright walls, their
+// thickness in all, their height, horizontal thickness), HAT (height, thickness, width of the top, brims). About the centroid; torsion is
+// the sum of the walls' own (Saint-Venant, without warping), shear is carried by the walls that lie along it. nullopt: another name, or
+// walls that do not fit.
 std::optional<FeBeamSection> open_section(const std::string& kind, const std::vector<double>& dimensions);
 
 // Matrices of a beam between two points, 12 x 12, node by node (ux uy uz rx ry rz): Timoshenko beam with the shape functions of its static

@@ -427,6 +427,11 @@ class Reducer {
     const MatX U = reduced.expand(basis.vectors);
     const RigidMass rigid = rigid_mass(model, system);
     body.mass = rigid.mass;
+    if (const Vec3& m = rigid.directions; m.maxCoeff() - m.minCoeff() > 1e-3 * rigid.mass)
+      report().warnings.push_back(fmt::format(
+          "{}: the mass is {:.5g} kg along x, {:.5g} along y, {:.5g} along z: no body that moves freely has that (masses in some "
+          "directions only, such as CMASS or CONM1); as a whole it moves with {:.5g} kg, its modes have the model's",
+          model.file, m.x(), m.y(), m.z(), rigid.mass));
     body.md0 = rigid.md;
     body.J0 = rigid.J;
     const LinearMass linear = linear_mass(model, system, U);
