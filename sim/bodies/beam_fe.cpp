@@ -2,6 +2,7 @@
 // al. 2006 eq. 8. Shear-flexible variant: Friedman, Kosmatka 1993 (exact static shape functions), equal to the Hermite
 // element for vanishing shear flexibility.
 #include "sim/base/eigen_solvers.h"
+#include "sim/bodies/beam_boundary.h"
 #include "sim/bodies/beam_terms.h"
 #include "sim/bodies/resolution.h"
 #include "sim/bodies/section_strain.h"
@@ -9,6 +10,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -240,19 +242,42 @@ MatX rigid_columns(const Layout& layout, Boundary boundary) {
   return r;
 }
 
-// full = Z q: the chosen coordinates, less the rigid motions they contain by mass.
-beam::Basis boundary_basis(const Layout& layout, Boundary boundary, const MatX& Me) {
-  const std::vector<int> free = free_coordinates(layout, boundary);
-  MatX Z = MatX::Zero(layout.full(), static_cast<Eigen::Index>(free.size()));
-  for (std::size_t j = 0; j < free.size(); ++j) Z(free[j], static_cast<Eigen::Index>(j)) = 1.0;
-  const MatX R = rigid_columns(layout, boundary);
-  if (R.cols() > 0 && Z.cols() > 0) {
-    const MatX mr = Me * R;
-    const MatX share = solve_symmetric(R.transpose() * mr, mr.transpose() * Z);
-    Z -= R * share;
+// full = Z q: the chosen coordinates, less the rigid motions they contain by mass: Z = S - R share.
+struct BoundaryBasis {
+  std::vector<int> free;
+  MatX rigid, share;
+
+  BoundaryBasis() = default;
+  BoundaryBasis(const Layout& layout, Boundary boundary, const MatX& Me)
+      : free(free_coordinates(layout, boundary)), rigid(rigid_columns(layout, boundary)) {
+    if (rigid.cols() == 0 || free.empty()) {
+      rigid.resize(layout.full(), 0);
+      return;
+    }
+    const MatX mr = Me * rigid;
+    share = solve_symmetric(rigid.transpose() * mr, mr(free, Eigen::all).transpose());
   }
-  return Z.sparseView();
-}
+
+  // Z
+  beam::Basis matrix() const {
+    MatX Z = MatX::Zero(rigid.rows(), static_cast<Eigen::Index>(free.size()));
+    for (std::size_t j = 0; j < free.size(); ++j) Z(free[j], static_cast<Eigen::Index>(j)) = 1.0;
+    if (rigid.cols() > 0) Z -= rigid * share;
+    return Z.sparseView();
+  }
+  // rows Z
+  template <class Rows>
+  Rows times(const Rows& rows) const {
+    Rows out = rows(Eigen::all, free);
+    if (rigid.cols() > 0) out -= (rows * rigid) * share;
+    return out;
+  }
+  // Z^T m Z of a symmetric m
+  MatX congruent(const MatX& m) const {
+    const MatX right = times(m);
+    return times(MatX(right.transpose()));
+  }
+};
 
 }  // namespace
 
@@ -288,7 +313,11 @@ void FeBeam::Data::add_second_order(const AnyBasis& basis, FlexibleBody& body) c
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return stations[a].x < stations[b].x; });
   const beam::GaussRule gauss = beam::gauss_rule(gauss_points);
-  beam::SecondOrder running(layout.full());
+  // Few coordinates: element by element into them.
+  constexpr bool few = std::is_same_v<AnyBasis, MatX>;
+  beam::SecondOrder running(few ? body.n : layout.full());
+  FieldRows root_in_body(0);
+  if constexpr (few) root_in_body = beam::in_coordinates(root, basis);
   int done_element = 0;
   double done = 0.0;  // within it
   for (const std::size_t i : order) {
@@ -303,11 +332,14 @@ void FeBeam::Data::add_second_order(const AnyBasis& basis, FlexibleBody& body) c
         beam::add_second_order(part, properties, effects, element_rows(layout, properties, effects, done_element, at),
                                layout.at(done_element, at), (end - done) * layout.length(done_element) * gauss.w[g]);
       }
-      beam::add_part(running, part, done_element * layout.per_node);
+      const int at = done_element * layout.per_node;
+      if constexpr (few) beam::add_part(running, part, MatX(basis.middleRows(at, 2 * layout.per_node)));
+      else beam::add_part(running, part, at);
       done = end;
       if (done_element < element) ++done_element, done = 0.0;
     }
-    body.nodes[i].phi2 = beam::second_order_at(running, root, x, basis);
+    if constexpr (few) body.nodes[i].phi2 = beam::second_order_at(running, root_in_body, x);
+    else body.nodes[i].phi2 = beam::second_order_at(running, root, x, basis);
   }
 }
 
@@ -333,9 +365,12 @@ FeBeam::FeBeam(const BeamDef& def, const BeamEffects& effects) {
   const bool root_twists = def.boundary == Boundary::free_free && effects.torsion;
   if (effects.stiffening && root_twists) beam::add_root_rotation(d.full, d.properties, d.root);
 
-  d.Z = boundary_basis(layout, def.boundary, d.full.Me);
+  const BoundaryBasis basis(layout, def.boundary, d.full.Me);
+  d.Z = basis.matrix();
   FlexibleBody& body = d.linear;
   body = beam::linear_body(d.full, d.properties, effects, d.Z);
+  body.Me = basis.congruent(d.full.Me);
+  body.Ke = basis.congruent(d.full.Ke);
   // Its panels are of equal length.
   const auto panel_rows = [&](int panel, double xi) {
     if (layout.nodes.empty()) return full_rows(layout, d.properties, effects, panel, xi);
@@ -354,11 +389,27 @@ FeBeam::FeBeam(const BeamDef& def, const BeamEffects& effects) {
   for (int i = 0; i <= def.elements; ++i) d.stations.push_back({fmt::format("node[{}]", i), i * (def.length / def.elements)});
   for (const beam::Station& s : d.stations) {
     const auto [element, xi] = layout.place(s.x);
-    body.nodes.push_back(beam::make_node(s.name, s.x, full_rows(layout, d.properties, effects, element, xi), d.Z));
+    FlexibleNode& node = body.nodes.emplace_back(beam::make_node(s.name, s.x, full_rows(layout, d.properties, effects, element, xi)));
+    node.phi = basis.times(node.phi);
+    node.psi = basis.times(node.psi);
   }
 }
 
 FeBeam::~FeBeam() = default;
+
+MatX in_boundary(const BeamDef& def, const BeamEffects& effects, Boundary boundary, const MatX& T) {
+  const Layout layout = layout_of(def, effects);
+  const std::vector<int> free = free_coordinates(layout, boundary);
+  std::vector<int> held;
+  for (int i = 0; i < layout.full(); ++i)
+    if (!std::binary_search(free.begin(), free.end(), i)) held.push_back(i);
+  MatX shapes = MatX::Zero(layout.full(), T.cols());
+  shapes(free_coordinates(layout, Boundary::free_free), Eigen::all) = T;
+  // Uniform motions and turns of the whole beam, as many as the boundary holds.
+  const MatX rigid = rigid_columns(layout, Boundary::free_free);
+  const MatX a = solve_square(MatX(rigid(held, Eigen::all)), MatX(shapes(held, Eigen::all)));
+  return shapes(free, Eigen::all) - rigid(free, Eigen::all) * a;
+}
 
 const FlexibleBody& FeBeam::linear() const { return data_->linear; }
 void FeBeam::add_second_order(FlexibleBody& body) const { data_->add_second_order(data_->Z, body); }

@@ -277,6 +277,8 @@ FlexibleBody modal_body(const BeamDef& def, const BeamEffects& effects, const Pr
   beam::Basis Z(n, n);
   Z.setIdentity();
   FlexibleBody body = beam::linear_body(sum, p, effects, Z);
+  body.Me = beam::in_body(sum.Me, Z);
+  body.Ke = beam::in_body(sum.Ke, Z);
   beam::set_second_order(body, sum, Z);
   // eight points a half wave: the second-order field to 1e-8, the linear one exactly
   beam::set_axis_mass(body, p, effects, Z, {panels, 8, [&](int panel, double xi) { return rows_at(modes, (panel + xi) * h, L); }, root});
@@ -295,7 +297,9 @@ FlexibleBody modal_body(const BeamDef& def, const BeamEffects& effects, const Pr
   double done = 0.0;
   for (const std::size_t i : order) {
     const double x = stations[i].x;
-    body.nodes[i] = beam::make_node(stations[i].name, x, rows_at(modes, x, L), Z);
+    FlexibleNode& node = body.nodes[i] = beam::make_node(stations[i].name, x, rows_at(modes, x, L));
+    node.phi = Mat3X(node.phi * Z);
+    node.psi = Mat3X(node.psi * Z);
     if (!effects.stiffening || n == 0 || (i >= named && !series)) continue;
     const int parts = static_cast<int>(std::ceil((x - done) / h));
     for (int part = 0; part < parts; ++part) {

@@ -68,25 +68,19 @@ MatX congruent(const MatX& m, const Basis& Z) {
   const MatX left = Z.transpose() * m;
   return left * Z;
 }
+// Integrals over elements couple neighbours only.
 MatX congruent(const MatX& m, const MatX& Z) {
-  // What is summed up to some point of the beam knows no coordinates beyond it.
-  Eigen::Index k = m.rows();
-  while (k > 0 && (m.row(k - 1).array() == 0.0).all() && (m.col(k - 1).array() == 0.0).all()) --k;
-  if (k == 0) return {};
-  const MatX left = Z.topRows(k).transpose() * m.topLeftCorner(k, k);
-  return left * Z.topRows(k);
-}
-
-template <class Z>
-std::array<MatX, 3> second_order_in(const SecondOrder& sum, const FieldRows& root, double x, const Z& z) {
-  std::array<MatX, 3> phi2;
-  for (std::size_t a = 0; a < 3; ++a) {
-    phi2[a] = sum.rate[a] + x * sum.curl[a] - sum.moment[a];
-    if (a == 1) add_symmetric(phi2[a], root.theta, root.s, -0.5 * x);
-    if (a == 2) add_symmetric(phi2[a], root.theta, root.phi_z, 0.5 * x);
-    phi2[a] = congruent(phi2[a], z);
+  MatX right = MatX::Zero(m.rows(), Z.cols());
+  bool any = false;
+  for (Eigen::Index j = 0; j < m.cols(); ++j) {
+    Eigen::Index first = 0, end = m.rows();
+    while (first < end && m(first, j) == 0.0) ++first;
+    while (end > first && m(end - 1, j) == 0.0) --end;
+    if (first == end) continue;
+    any = true;
+    right.middleRows(first, end - first).noalias() += m.col(j).segment(first, end - first) * Z.row(j);
   }
-  return phi2;
+  return any ? MatX(Z.transpose() * right) : MatX();
 }
 
 template <class Z>
@@ -262,14 +256,48 @@ void add_part(SecondOrder& sum, const SecondOrder& part, int at) {
   }
 }
 
-std::array<MatX, 3> second_order_at(const SecondOrder& sum, const FieldRows& root, double x, const Basis& Z) {
-  return second_order_in(sum, root, x, Z);
+void add_part(SecondOrder& sum, const SecondOrder& part, const MatX& rows) {
+  const auto add = [&](const std::array<MatX, 3>& from, std::array<MatX, 3>& to) {
+    for (std::size_t a = 0; a < 3; ++a)
+      if ((from[a].array() != 0.0).any()) to[a].noalias() += rows.transpose() * MatX(from[a] * rows);
+  };
+  add(part.rate, sum.rate), add(part.curl, sum.curl), add(part.moment, sum.moment);
 }
-std::array<MatX, 3> second_order_at(const SecondOrder& sum, const FieldRows& root, double x, const MatX& Z) {
-  return second_order_in(sum, root, x, Z);
+
+std::array<MatX, 3> second_order_at(const SecondOrder& sum, const FieldRows& root, double x, const Basis& Z) {
+  std::array<MatX, 3> phi2;
+  for (std::size_t a = 0; a < 3; ++a) {
+    phi2[a] = sum.rate[a] + x * sum.curl[a] - sum.moment[a];
+    if (a == 1) add_symmetric(phi2[a], root.theta, root.s, -0.5 * x);
+    if (a == 2) add_symmetric(phi2[a], root.theta, root.phi_z, 0.5 * x);
+    phi2[a] = congruent(phi2[a], Z);
+  }
+  return phi2;
+}
+std::array<MatX, 3> second_order_at(const SecondOrder& sum, const FieldRows& root, double x) {
+  std::array<MatX, 3> phi2;
+  for (std::size_t a = 0; a < 3; ++a) {
+    phi2[a] = sum.rate[a] + x * sum.curl[a] - sum.moment[a];
+    if (a == 1) add_symmetric(phi2[a], root.theta, root.s, -0.5 * x);
+    if (a == 2) add_symmetric(phi2[a], root.theta, root.phi_z, 0.5 * x);
+    if ((phi2[a].array() == 0.0).all()) phi2[a].resize(0, 0);
+  }
+  return phi2;
+}
+FieldRows in_coordinates(const FieldRows& row, const MatX& Z) {
+  FieldRows out(static_cast<int>(Z.cols()));
+  const auto take = [&](const VecX& from, VecX& to) {
+    if (from.squaredNorm() > 0.0) to = Z.transpose() * from;
+  };
+  take(row.u, out.u), take(row.du, out.du), take(row.v, out.v), take(row.dv, out.dv), take(row.phi_z, out.phi_z);
+  take(row.dphi_z, out.dphi_z), take(row.w, out.w), take(row.dw, out.dw), take(row.s, out.s), take(row.ds, out.ds);
+  take(row.theta, out.theta), take(row.dtheta, out.dtheta);
+  return out;
 }
 void set_second_order(FlexibleBody& body, const Integrals& sum, const Basis& Z) { set_blocks(body, sum, Z); }
 void set_second_order(FlexibleBody& body, const Integrals& sum, const MatX& Z) { set_blocks(body, sum, Z); }
+
+MatX in_body(const MatX& m, const Basis& Z) { return congruent(m, Z); }
 
 FlexibleBody linear_body(const Integrals& sum, const Properties& p, const BeamEffects& effects, const Basis& Z) {
   const double L = p.length, m = p.mass * L;
@@ -282,8 +310,6 @@ FlexibleBody linear_body(const Integrals& sum, const Properties& p, const BeamEf
   body.md1 = sum.md1 * Z;
   body.J1 = sum.J1 * Z;
   body.Cr0 = sum.Cr0 * Z;
-  body.Me = congruent(sum.Me, Z);
-  body.Ke = congruent(sum.Ke, Z);
   return body;
 }
 
@@ -405,7 +431,7 @@ std::vector<Station> named_stations(const BeamDef& def) {
   return stations;
 }
 
-FlexibleNode make_node(const std::string& name, double x, const FieldRows& row, const Basis& Z) {
+FlexibleNode make_node(const std::string& name, double x, const FieldRows& row) {
   FlexibleNode node;
   node.name = name;
   node.origin = Vec3(x, 0.0, 0.0);
@@ -413,11 +439,11 @@ FlexibleNode make_node(const std::string& name, double x, const FieldRows& row, 
   full.row(0) = row.u;
   full.row(1) = row.v;
   full.row(2) = row.w;
-  node.phi = full * Z;
+  node.phi = full;
   full.row(0) = row.theta;
   full.row(1) = -row.s;
   full.row(2) = row.phi_z;
-  node.psi = full * Z;
+  node.psi = full;
   return node;
 }
 

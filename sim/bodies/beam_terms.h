@@ -60,19 +60,24 @@ struct SecondOrder {
   std::array<MatX, 3> moment;  // int s (theta x curvature) ds
 };
 void add_second_order(SecondOrder& sum, const Properties& p, const BeamEffects& effects, const FieldRows& row, double x, double weight);
-// phi2 of the point x; n x n each, empty where it vanishes identically. Few coordinates have a dense basis.
+// phi2 of the point x; n x n each, empty where it vanishes identically; or with sums and root rows that are in q already.
 std::array<MatX, 3> second_order_at(const SecondOrder& sum, const FieldRows& root, double x, const Basis& Z);
-std::array<MatX, 3> second_order_at(const SecondOrder& sum, const FieldRows& root, double x, const MatX& Z);
+std::array<MatX, 3> second_order_at(const SecondOrder& sum, const FieldRows& root, double x);
 
 // The series of nodes for drawing carries phi2 up to this many numbers in all (32 MB).
 constexpr double kMaxSeriesNumbers = 4e6;
 
-// Adds the sums of a part of the beam whose coordinates are at, at + 1, ... of the whole.
+// Adds the sums of a part of the beam whose coordinates are at, at + 1, ... of the whole, or rows * those of the sum.
 void add_part(SecondOrder& sum, const SecondOrder& part, int at);
+void add_part(SecondOrder& sum, const SecondOrder& part, const MatX& rows);
+// Rows of shape functions in coordinates q, those of the row = Z q.
+FieldRows in_coordinates(const FieldRows& row, const MatX& Z);
 
-// Body from integrals in other coordinates: full = Z q. Fills everything but De, labels, nodes and md2, J2, Cr1.
+// Body from integrals in other coordinates: full = Z q. Fills everything but Me, Ke, De, labels, nodes and md2, J2, Cr1.
 FlexibleBody linear_body(const Integrals& sum, const Properties& p, const BeamEffects& effects, const Basis& Z);
-// These three. Blocks that vanish identically are left empty.
+// Me or Ke: Z^T m Z.
+MatX in_body(const MatX& m, const Basis& Z);
+// md2, J2, Cr1. Blocks that vanish identically are left empty.
 void set_second_order(FlexibleBody& body, const Integrals& sum, const Basis& Z);
 void set_second_order(FlexibleBody& body, const Integrals& sum, const MatX& Z);
 
@@ -103,8 +108,8 @@ std::vector<Station> named_stations(const BeamDef& def);
 // unless the scene gives coordinates one by one. Its nodes stay where BeamDef::elements puts them.
 int computed_elements(const BeamDef& def, const BeamEffects& effects);
 
-// Node at x, rows in full coordinates.
-FlexibleNode make_node(const std::string& name, double x, const FieldRows& row, const Basis& Z);
+// Node at x, in the coordinates of the rows.
+FlexibleNode make_node(const std::string& name, double x, const FieldRows& row);
 
 // Gauss-Legendre points and weights on [0, 1].
 struct GaussRule {

@@ -38,9 +38,18 @@ FlexibleBody in_basis(const FlexibleBody& body, const MatX& T) {
   out.De = congruent(body.De);
   if (body.ksigma.size() > 0) out.ksigma = T.transpose() * body.ksigma;
   out.axis = in_coordinates(body.axis, T);
-  for (FlexibleNode& node : out.nodes) {
-    node.phi = Mat3X(node.phi * T);
-    node.psi = Mat3X(node.psi * T);
+  // All nodes in one product: three rows at a time take several times as long.
+  const auto nodes = static_cast<Eigen::Index>(out.nodes.size());
+  MatX motions(6 * nodes, body.n);
+  for (Eigen::Index i = 0; i < nodes; ++i) {
+    motions.middleRows(6 * i, 3) = body.nodes[static_cast<size_t>(i)].phi;
+    motions.middleRows(6 * i + 3, 3) = body.nodes[static_cast<size_t>(i)].psi;
+  }
+  motions = MatX(motions * T);
+  for (Eigen::Index i = 0; i < nodes; ++i) {
+    FlexibleNode& node = out.nodes[static_cast<size_t>(i)];
+    node.phi = motions.middleRows(6 * i, 3);
+    node.psi = motions.middleRows(6 * i + 3, 3);
     if (node.sigma.size() > 0) node.sigma = MatX(node.sigma * T);
     for (MatX& h : node.phi2) h = congruent(h);
   }

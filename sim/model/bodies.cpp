@@ -5,6 +5,7 @@
 #include "sim/base/small_matrices.h"
 #include "sim/base/words.h"
 #include "sim/bodies/beam.h"
+#include "sim/bodies/beam_boundary.h"
 #include "sim/bodies/beam_pieces.h"
 #include "sim/bodies/beam_terms.h"
 #include "sim/bodies/body_file.h"
@@ -186,9 +187,9 @@ void make_fe_part(Model& model, const BeamDef& beam, const BeamEffects& effects,
     const FlexibleBody named = part.body;
     made = std::make_unique<FeBeam>(mean, effects);
     part.body = made->linear();
-    P = same_deformation(part.body, named);
     // The damping that the scene asks for is that of its boundary's modes.
     if (named.De.size() > 0) {
+      P = same_deformation(part.body, named);
       const MatX back = solve_square(P, MatX::Identity(P.rows(), P.cols()));
       part.body.De = back.transpose() * named.De * back;
     }
@@ -219,7 +220,7 @@ void make_fe_part(Model& model, const BeamDef& beam, const BeamEffects& effects,
     part.shown = {};
     return;
   }
-  part.shown.coordinates = solve_square(P, V);
+  part.shown.coordinates = part.shown.differs ? in_boundary(beam, effects, beam.boundary, V) : V;
   add_shown_frames(model, beam.boundary, part);
 }
 

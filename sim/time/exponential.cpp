@@ -15,11 +15,14 @@ namespace {
 // lost. A hundredth of the tolerance has to be left.
 double radians_of_series(double tolerance) { return std::clamp(std::log(1e14 * tolerance), 6.0, 20.0); }
 constexpr int most_terms = 64;
-// Terms of a series below this share of the tolerance are left out.
-constexpr double negligible = 1e-4;
+// Terms of a series below this share of the tolerance are left out; where it only finds a place to linearise about.
+constexpr double negligible = 1e-4, negligible_ahead = 1e-1;
 // Radians within a step from which on a vibration is taken out of the remainder, gradually.
 constexpr double turned = 4.0;
-constexpr double safety = 0.9, most_lengthened = 2.0, least_shrink = 0.2;
+// What a correction in closed form may leave out, in weights; of what acts at the end so much does on the average.
+constexpr double most_left_out = 0.1, mean_share = 0.3;
+// Two thirds of the series of a step are lost where it is repeated: at 0.9 a third of the steps were.
+constexpr double safety = 0.75, most_lengthened = 2.0, least_shrink = 0.2;
 
 }  // namespace
 
@@ -37,6 +40,7 @@ void ExponentialSolver::restart(double t0, const VecX& y0) {
   calm_rate_ = model_.rates;
   d_ = MatX::Zero(problem_.size, 3);
   d_.col(0).head(nq_) = driven_rates(model_);
+  changed_.resize(0);
 }
 
 // What prescribed motions alone make of the coordinates' rates where the model stands: those that close loops follow them.
@@ -165,7 +169,7 @@ void ExponentialSolver::remove_oscillation(const LinearModel& m, const Parabola&
 }
 
 // From (t, y) on for `length` seconds.
-bool ExponentialSolver::solve(const LinearModel& m, const VecX& y, double t, const Parabola& remainder, double length,
+bool ExponentialSolver::solve(const LinearModel& m, const VecX& y, double t, const Parabola& remainder, double length, double least,
                               Solution& out) const {
   const auto& [d, span] = remainder;
   const Eigen::Index n = nw_, rows = (n + 7) / 8 * 8;
@@ -193,7 +197,7 @@ bool ExponentialSolver::solve(const LinearModel& m, const VecX& y, double t, con
   series.matrix = L.data();
   series.loads = loads.data();
   series.weights = weights.data();
-  series.negligible = negligible;
+  series.negligible = least;
   int halved = 0;
   for (double s = 0.0; s < length * (1.0 - 1e-12);) {
     if (out.pieces.size() == out.used) out.pieces.emplace_back();
@@ -254,7 +258,7 @@ bool ExponentialSolver::find_middle(double h) {
     ahead.col(1) = r * (d_.col(1) + 2.0 * d_.col(2));
     ahead.col(2) = r * r * d_.col(2);
   }
-  if (!solve(model_, state_, time_, {ahead, h}, 0.5 * h, work_)) return false;
+  if (!solve(model_, state_, time_, {ahead, h}, 0.5 * h, negligible_ahead, work_)) return false;
   VecX middle;
   evaluate_solution(model_, state_, {ahead, h}, work_, 0.5 * h, middle);
   remove_oscillation(model_, {ahead, h}, 0.5 * h, h, middle);
@@ -267,9 +271,73 @@ bool ExponentialSolver::find_end(const VecX& centre, const VecX& slope, const Ve
   trial_d_.col(0) = centre + bend - slope;
   trial_d_.col(1) = 2.0 * slope - 4.0 * bend;
   trial_d_.col(2) = 4.0 * bend;
-  if (!solve(trial_model_, state_, time_, {trial_d_, h}, h, work_)) return false;
+  if (!solve(trial_model_, state_, time_, {trial_d_, h}, h, negligible, work_)) return false;
   evaluate_solution(trial_model_, state_, {trial_d_, h}, work_, h, end);
   return end.allFinite();
+}
+
+namespace {
+
+// u'' + f^2 u = g (2 x^2 - x) + gq (4 x - 1) / h over x = t / h, u = 0 and u' = v + gq (2 x^2 - x), v = 0 at 0: u and v at x.
+struct Driven {
+  double u, v;
+};
+
+Driven driven(double f, double h, double g, double gq, double x) {
+  const double ramp = 2.0 * x * x - x;
+  if (f * h < 1.0) {
+    // A series: where little turns, the closed form loses its digits.
+    const double square = f * f * h * h, loads[3] = {-gq * h, 4.0 * gq * h - g * h * h, 2.0 * g * h * h};
+    double c[14] = {0.0, 0.0}, u = 0.0, du = 0.0, power = 1.0;
+    for (int k = 0; k + 2 < 14; ++k) c[k + 2] = ((k < 3 ? loads[k] : 0.0) - square * c[k]) / ((k + 1.0) * (k + 2.0));
+    for (int k = 1; k < 14; ++k) {
+      du += k * c[k] * power;
+      power *= x;
+      u += c[k] * power;
+    }
+    return {u, du / h - gq * ramp};
+  }
+  const double f2 = f * f, c = 2.0 * g / f2, b = (4.0 * gq / h - g) / f2, a = -(gq / h + 2.0 * c / (h * h)) / f2, sine = -b / (h * f);
+  const double cos = std::cos(f * h * x), sin = std::sin(f * h * x);
+  return {a + b * x + c * x * x - a * cos + sine * sin, (b + 2.0 * c * x) / h + f * (a * sin + sine * cos) - gq * ramp};
+}
+
+}  // namespace
+
+// What a remainder that is `change` (2 theta^2 - theta) more makes of the state, from a step's beginning on.
+void ExponentialSolver::add_correction(const LinearModel& m, const VecX& change, double h, double theta, VecX& y) const {
+  const Eigen::Index tail = problem_.size - nq_ - nw_;
+  const double once = h * theta * theta * (2.0 * theta / 3.0 - 0.5), twice = h * h * theta * theta * theta * (theta - 1.0) / 6.0;
+  y.head(nq_) += once * change.head(nq_);
+  y.tail(tail) += once * change.tail(tail);
+  const VecX w = change.segment(nq_, nw_), p = m.P * change.head(nq_), gw = gauges_ * w, gp = gauges_ * p;
+  // What is no vibration is carried along.
+  const VecX rest_w = w - shapes_ * gw, rest_p = p - shapes_ * gp;
+  VecX u(gw.size()), v(gw.size());
+  for (Eigen::Index k = 0; k < gw.size(); ++k) {
+    const Driven d = driven(frequencies_[k], h, gw[k], gp[k], theta);
+    u[k] = d.u, v[k] = d.v;
+  }
+  y.segment(nq_, nw_) += shapes_ * v + once * rest_w;
+  // p moves by what its coordinates' own remainder moves already.
+  y.head(nq_) += m.T * VecX(shapes_ * u + twice * rest_w + once * rest_p - once * p);
+}
+
+// The end with what its remainder, `change` more than predicted, makes of it; false where the closed form leaves out what counts: how the
+// rates' matrix acts on it, and that of the deflections as far as it is none of the vibrations'.
+bool ExponentialSolver::correct_end(const VecX& change, double h, const VecX& weight, VecX& end) const {
+  if (frequencies_.size() == 0 || shapes_.rows() != nw_) return false;
+  const LinearModel& m = trial_model_;
+  end = predicted_;
+  add_correction(m, change, h, 1.0, end);
+  if (!end.allFinite()) return false;
+  const VecX w = end.segment(nq_, nw_) - predicted_.segment(nq_, nw_), p = m.P * (end.head(nq_) - predicted_.head(nq_));
+  VecX left_out(problem_.size);
+  left_out.setZero();
+  left_out.segment(nq_, nw_) =
+      mean_share * h * (m.B * w + m.A * p + shapes_ * VecX(frequencies_.cwiseAbs2().cwiseProduct(VecX(gauges_ * p))));
+  left_out.head(nq_) = mean_share * h * (m.T * left_out.segment(nq_, nw_));
+  return left_out.cwiseProduct(weight).squaredNorm() <= most_left_out * most_left_out * static_cast<double>(problem_.size);
 }
 
 bool ExponentialSolver::attempt(double h) {
@@ -295,9 +363,16 @@ bool ExponentialSolver::attempt(double h) {
   if (!calm_end_.allFinite() || !rates_of_(time_ + h, calm_end_.data(), calm_end_rate_.data())) return false;
   evaluations_ += 1.0;
   const VecX d1 = remainder(trial_model_, time_ + h, calm_end_, calm_end_rate_);
-  if (!find_end(centre, 0.5 * (d1 - d0), 0.5 * (d0 + d1) - centre, h, end_)) return false;
   VecX weight(size);
   problem_.weights(state_.data(), weight.data());
+  trial_changed_ = d1 - (trial_d_.col(0) + trial_d_.col(1) + trial_d_.col(2));
+  if (correct_end(trial_changed_, h, weight, end_)) {
+    trial_d_.col(1) -= trial_changed_;
+    trial_d_.col(2) += 2.0 * trial_changed_;
+  } else {
+    trial_changed_.resize(0);
+    if (!find_end(centre, 0.5 * (d1 - d0), 0.5 * (d0 + d1) - centre, h, end_)) return false;
+  }
   const VecX change = end_ - predicted_;
   error_ = std::sqrt(change.cwiseProduct(weight).squaredNorm() / static_cast<double>(size));
   return true;
@@ -324,6 +399,7 @@ double ExponentialSolver::step(double t_stop, VecX& y) {
       std::swap(calm_rate_, calm_end_rate_);
       std::swap(model_, trial_model_);
       std::swap(d_, trial_d_);
+      std::swap(changed_, trial_changed_);
       std::swap(solution_, work_);
       span_ = last_step = h;
       if (h >= h_ || factor < 1.0) h_ = h * factor;  // a step cut short by the end says little about longer ones
@@ -337,7 +413,15 @@ double ExponentialSolver::step(double t_stop, VecX& y) {
 }
 
 void ExponentialSolver::interpolate(double t, VecX& y) const {
-  evaluate_solution(model_, begin_, {d_, span_}, solution_, t - previous_, y);
+  if (changed_.size() == 0) {
+    evaluate_solution(model_, begin_, {d_, span_}, solution_, t - previous_, y);
+    return;
+  }
+  MatX before = d_;
+  before.col(1) += changed_;
+  before.col(2) -= 2.0 * changed_;
+  evaluate_solution(model_, begin_, {before, span_}, solution_, t - previous_, y);
+  add_correction(model_, changed_, span_, (t - previous_) / span_, y);
 }
 
 }  // namespace flexframe::sim

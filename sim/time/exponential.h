@@ -7,6 +7,8 @@
 // (d_w: zero; d_q: what prescribed motions make of coordinates that close loops) and the end. The linear equations are solved by Taylor
 // series over pieces of a dozen radians of the fastest vibration:
 // products of a small matrix with a vector, a hundredth of the price of an evaluation of f each. Two evaluations and a matrix a step.
+// The end is first predicted with a remainder that is extrapolated; what the remainder there changes is less than the tolerance, and what
+// follows from it is added in closed form, vibration by vibration, instead of by series once more.
 // What turns by several radians within the step is taken out of the states at which the remainders are evaluated (brought to where it
 // would rest), since parabolas through its oscillation would be slow loads that are not there.
 // Exponential integrators: Hochbruck, Ostermann, Acta Numerica 19 (2010) 209; linearisation about the middle: Magnus' expansion (Iserles,
@@ -62,12 +64,15 @@ class ExponentialSolver {
   bool linearise(double t, const VecX& y, const LinearModel* before, LinearModel& model);
   VecX driven_rates(const LinearModel& model) const;
   VecX remainder(const LinearModel& model, double t, const VecX& y, const VecX& rates) const;
-  bool solve(const LinearModel& model, const VecX& y, double t, const Parabola& remainder, double length, Solution& out) const;
+  bool solve(const LinearModel& model, const VecX& y, double t, const Parabola& remainder, double length, double least,
+             Solution& out) const;
   void evaluate_solution(const LinearModel& model, const VecX& y, const Parabola& remainder, const Solution& solution, double s,
                          VecX& out) const;
   double fastest(const LinearModel& model) const;
   void find_vibrations(const MatX& A);
   void remove_oscillation(const LinearModel& model, const Parabola& remainder, double s, double h, VecX& y) const;
+  bool correct_end(const VecX& change, double h, const VecX& weight, VecX& end) const;
+  void add_correction(const LinearModel& model, const VecX& change, double h, double theta, VecX& y) const;
   bool find_middle(double h);
   bool find_end(const VecX& centre, const VecX& slope, const VecX& bend, double h, VecX& end);
   bool attempt(double h);
@@ -89,7 +94,9 @@ class ExponentialSolver {
   VecX calm_, calm_rate_;      // now, without what oscillates within a step; rates there
   VecX before_, before_rate_;  // the same at the last step's beginning
   LinearModel model_, trial_model_;
-  MatX d_, trial_d_;   // remainder of the last step as a polynomial of the share of it: size x 3
+  MatX d_, trial_d_;  // remainder of the last step as a polynomial of the share of it: size x 3
+  // What was added to its end's remainder after the series, which have changed_ (2 theta^2 - theta) less than d_; size 0: nothing.
+  VecX changed_, trial_changed_;
   double span_ = 0.0;  // the step that d_ belongs to; 0: none
   Solution solution_, work_;
   VecX end_, calm_end_, calm_end_rate_, predicted_;

@@ -1,6 +1,7 @@
 // The beam makers' FlexibleBody against first principles: positions against the exact kinematics of a rod, inertia terms and kinetic
 // energy against a sum over particles.
 #include "sim/bodies/beam.h"
+#include "sim/bodies/beam_boundary.h"
 #include "sim/bodies/beam_terms.h"
 #include "sim/bodies/sid.h"
 
@@ -336,6 +337,35 @@ TEST(BeamBody, BadNumbersAreRefusedByName) {
 }
 
 // Constants of second order made for few coordinates are those of all the elements' coordinates, transformed.
+// The same deformation seen from another frame: nodes differ by one small rigid motion.
+TEST(BeamBody, OtherBoundariesSeeTheSameDeformationButForARigidMotion) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> number(-1.0, 1.0);
+  for (const Boundary boundary : {Boundary::clamped_free, Boundary::supported_supported, Boundary::supported_free})
+    for (const bool shear : {false, true}) {
+      BeamEffects effects = kAll;
+      effects.shear = shear;
+      const FlexibleBody free = make_fe_beam(general_beam(Boundary::free_free), effects);
+      const FlexibleBody held = make_fe_beam(general_beam(boundary), effects);
+      const MatX T = MatX::NullaryExpr(free.n, 4, [&] { return number(random); });
+      const MatX Q = in_boundary(general_beam(boundary), effects, boundary, T);
+      ASSERT_EQ(Q.rows(), held.n);
+      const auto rows = static_cast<Eigen::Index>(6 * free.nodes.size());
+      MatX apart(rows, 4), rigid = MatX::Zero(rows, 6);
+      for (size_t i = 0; i < free.nodes.size(); ++i) {
+        const auto r = static_cast<Eigen::Index>(6 * i);
+        apart.middleRows(r, 3) = held.nodes[i].phi * Q - free.nodes[i].phi * T;
+        apart.middleRows(r + 3, 3) = held.nodes[i].psi * Q - free.nodes[i].psi * T;
+        rigid.block<6, 6>(r, 0).setIdentity();
+        const Vec3 x = free.nodes[i].origin;
+        rigid.block<3, 3>(r, 3) << 0.0, x.z(), -x.y(), -x.z(), 0.0, x.x(), x.y(), -x.x(), 0.0;
+      }
+      const MatX left = apart - rigid * rigid.colPivHouseholderQr().solve(apart);
+      EXPECT_GT(apart.cwiseAbs().maxCoeff(), 1e-3);
+      EXPECT_LT(left.cwiseAbs().maxCoeff(), 1e-12);
+    }
+}
+
 TEST(BeamBody, SecondOrderInFewCoordinatesIsThatOfAll) {
   for (const Boundary boundary : kBoundaries)
     for (const bool shear : {false, true}) {
