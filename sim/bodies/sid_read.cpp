@@ -397,8 +397,9 @@ class Reader {
     raw.name = std::string(lines.line);
     SidTaylor& t = raw.block;
     t.rows = t.columns = -1;
+    const std::string end = fmt::format("'end {}'", raw.name);
     for (;;) {
-      lines.need(fmt::format("'end {}'", raw.name));
+      lines.need(end);
       const std::string_view line = lines.line;
       if (line.size() > 2 && (line[0] == 'm' || line[0] == 'M') && (line[1] == '0' || line[1] == '1' || line[1] == 'n' || line[1] == 'N') &&
           trim(line.substr(2)).starts_with('(')) {
@@ -748,7 +749,11 @@ SidReading read_sid(const std::filesystem::path& path) {
   if (std::filesystem::is_directory(path, error)) throw InputError(fmt::format("{}: is a folder, a SID file is expected", path.string()));
   std::ifstream in(path, std::ios::binary);
   if (!in) throw InputError(fmt::format("{}: cannot be opened", path.string()));
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  // Character by character through the stream's iterators it took half of the time of setting up a body.
+  std::string text;
+  std::vector<char> piece(1 << 16);
+  while (in.read(piece.data(), static_cast<std::streamsize>(piece.size())), in.gcount() > 0)
+    text.append(piece.data(), static_cast<size_t>(in.gcount()));
   return read_sid_text(text, path.string());
 }
 

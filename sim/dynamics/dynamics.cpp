@@ -371,6 +371,13 @@ void reduce_cluster(const Model& model, int cluster, W& work) {
 
 }  // namespace
 
+void reduced_mass(const ClusterWork& cw, MatX& D) {
+  if (cw.partition.dep.empty()) D = cw.M;
+  else project_mass(cw, D);
+  for (Eigen::Index c = 1; c < D.cols(); ++c)
+    for (Eigen::Index r = 0; r < c; ++r) D(r, c) = D(c, r);
+}
+
 void update_expressions(Model& model, double t, Work& work) {
   work.time = t;
   for (const Load& load : model.loads)
@@ -543,30 +550,40 @@ void load_responses(const Model& model, W& work, VecX& out) {
   Eigen::Index n = 0;
   for (const ClusterWork& cw : work.clusters) n += static_cast<Eigen::Index>(cw.partition.ind.size());
   out.setZero(static_cast<Eigen::Index>(model.loads.size()) * (n + 1));
-  for (size_t i = 0; i < model.loads.size(); ++i) {
-    const Load& load = model.loads[i];
-    auto column = out.segment(static_cast<Eigen::Index>(i) * (n + 1), n + 1);
-    if (load.table || load.function >= 0 || (load.def.kind != ForceKind::force && load.def.kind != ForceKind::torque)) {
-      column.setConstant(std::numeric_limits<double>::quiet_NaN());
-      continue;
-    }
-    const int part = model.frames[load.on].part;
-    if (part == ground) continue;
-    const auto wrench = unit_wrench(model, work, static_cast<int>(i));
-    const int k = model.parts[part].cluster;
-    Eigen::Index first = 0;
-    for (int c = 0; c < k; ++c) first += static_cast<Eigen::Index>(work.clusters[c].partition.ind.size());
-    ClusterWork& cw = work.clusters[k];
+  const Eigen::Index loads = static_cast<Eigen::Index>(model.loads.size());
+  MatX responses;
+  Eigen::Index first = 0;
+  for (size_t c = 0; c < model.clusters.size(); ++c) {
+    const int k = static_cast<int>(c);
+    ClusterWork& cw = work.clusters[c];
     const Partition& split = cw.partition;
-    cw.line.setZero(model.clusters[k].nv);
-    project_wrench(model, work, k, {load.on, wrench}, true, cw.line);
     const Eigen::Index ni = static_cast<Eigen::Index>(split.ind.size());
-    VecX response(ni);
-    for (Eigen::Index a = 0; a < ni; ++a) response[a] = cw.line[split.ind[a]];
-    for (size_t e = 0; e < split.dep.size(); ++e) response += cw.Et.col(static_cast<Eigen::Index>(e)) * cw.line[split.dep[e]];
-    if (ni > 0) solve_mass(model, k, work, response);
-    column.segment(first, ni) = response;
-    column[n] = wrench.dot(work.frames[load.on].V);
+    responses.setZero(ni, loads);
+    bool any = false;
+    for (Eigen::Index i = 0; i < loads; ++i) {
+      const Load& load = model.loads[static_cast<size_t>(i)];
+      auto column = out.segment(i * (n + 1), n + 1);
+      if (load.table || load.function >= 0 || (load.def.kind != ForceKind::force && load.def.kind != ForceKind::torque)) {
+        column.setConstant(std::numeric_limits<double>::quiet_NaN());
+        continue;
+      }
+      const int part = model.frames[load.on].part;
+      if (part == ground || model.parts[part].cluster != k) continue;
+      const auto wrench = unit_wrench(model, work, static_cast<int>(i));
+      cw.line.setZero(model.clusters[c].nv);
+      project_wrench(model, work, k, {load.on, wrench}, true, cw.line);
+      auto response = responses.col(i);
+      for (Eigen::Index a = 0; a < ni; ++a) response[a] = cw.line[split.ind[a]];
+      for (size_t e = 0; e < split.dep.size(); ++e) response += cw.Et.col(static_cast<Eigen::Index>(e)) * cw.line[split.dep[e]];
+      column[n] = wrench.dot(work.frames[load.on].V);
+      any = true;
+    }
+    if (any && ni > 0) {
+      solve_mass(model, k, work, responses);
+      for (Eigen::Index i = 0; i < loads; ++i)
+        if (!std::isnan(out[i * (n + 1)])) out.segment(i * (n + 1) + first, ni) += responses.col(i);
+    }
+    first += ni;
   }
 }
 

@@ -174,8 +174,6 @@ struct Scratch {
   std::vector<int> dep;       // of the dependent rates the same
   std::vector<std::vector<double>> room;
   size_t taken = 0;
-  const ClusterWork* of = nullptr;  // whose equations these are
-  int equations = 0;
   double S[most][most];
   bool negative[most];
   Joints joints;
@@ -454,19 +452,28 @@ struct Solver {
     for (int i = 0; i < all.count; ++i) x[all.place[i]] = v[i] + more[i];
   }
 
-  // For another right-hand side.
-  void solve_again(double* x) {
-    if (s.of != &cw) {
-      const VecX wdot = work.wdot;
-      run();  // which has been possible
-      work.wdot = wdot;
+  // The independent accelerations that the forces on the rates make, in cw.a.
+  bool run() {
+    if (!make_equations()) return false;
+    solve_for(cw.a.data());
+    const std::vector<int>&ind = cw.partition.ind, &dep = cw.partition.dep;
+    for (size_t k = 0; k < ind.size(); ++k) work.wdot[c.v0 + ind[k]] = cw.a[static_cast<Eigen::Index>(k)];
+    for (size_t d = 0; d < dep.size(); ++d) {
+      const Eigen::Index at = static_cast<Eigen::Index>(d);
+      work.wdot[c.v0 + dep[d]] = cw.gamma[at] + cw.Et.col(at).dot(cw.a);
     }
-    equations = s.equations;
-    solve_for(x);
+    return true;
   }
 
-  bool run() {
-    s.of = nullptr;
+  // For other forces.
+  bool run(MatX& X) {
+    if (!make_equations()) return false;
+    for (Eigen::Index k = 0; k < X.cols(); ++k) solve_for(X.data() + k * X.rows());
+    return true;
+  }
+
+  // Factorised, the forces on the rates in cw.a.
+  bool make_equations() {
     const std::vector<int>&ind = cw.partition.ind, &dep = cw.partition.dep;
     const Eigen::Index ni = static_cast<Eigen::Index>(ind.size()), nd = static_cast<Eigen::Index>(dep.size());
     const size_t np = c.parts.size();
@@ -489,13 +496,7 @@ struct Solver {
       add_squares(s.rows[a], s.S);
     }
     cw.L.resize(0, 0);
-    if (!factorise(s.S, s.negative, equations) || !factorise_joints()) return false;
-    s.of = &cw;
-    s.equations = equations;
-    solve_for(cw.a.data());
-    for (Eigen::Index k = 0; k < ni; ++k) work.wdot[c.v0 + ind[static_cast<size_t>(k)]] = cw.a[k];
-    for (Eigen::Index d = 0; d < nd; ++d) work.wdot[c.v0 + dep[static_cast<size_t>(d)]] = cw.gamma[d] + cw.Et.col(d).dot(cw.a);
-    return true;
+    return factorise(s.S, s.negative, equations) && factorise_joints();
   }
 };
 
@@ -535,8 +536,8 @@ bool prefers_reduced(const Model& model, int cluster, const PlaneWork& work) {
 
 namespace {
 
-// Equations of the cluster that was solved last in this thread.
-Scratch& last_equations() {
+// Room of a thread: what it holds is made anew by everyone who takes it.
+Scratch& scratch_of_thread() {
   static thread_local Scratch scratch;
   return scratch;
 }
@@ -544,14 +545,21 @@ Scratch& last_equations() {
 }  // namespace
 
 bool solve_reduced(const Model& model, int cluster, PlaneWork& work) {
-  return Solver{model, model.clusters[cluster], work.clusters[cluster], work, last_equations(), cluster}.run();
+  return Solver{model, model.clusters[cluster], work.clusters[cluster], work, scratch_of_thread(), cluster}.run();
 }
 
-void solve_mass(const Model&, int cluster, Work& work, VecX& x) { solve(work.clusters[cluster].L, x.data()); }
+void solve_mass(const Model&, int cluster, Work& work, MatX& X) {
+  for (Eigen::Index k = 0; k < X.cols(); ++k) solve(work.clusters[cluster].L, X.data() + k * X.rows());
+}
 
-void solve_mass(const Model& model, int cluster, PlaneWork& work, VecX& x) {
-  if (work.clusters[cluster].L.rows() == x.size()) return solve(work.clusters[cluster].L, x.data());
-  Solver{model, model.clusters[cluster], work.clusters[cluster], work, last_equations(), cluster}.solve_again(x.data());
+void solve_mass(const Model& model, int cluster, PlaneWork& work, MatX& X) {
+  ClusterWork& cw = work.clusters[cluster];
+  if (cw.L.rows() != X.rows()) {
+    // Which has been possible for the accelerations.
+    Solver{model, model.clusters[cluster], cw, work, scratch_of_thread(), cluster}.run(X);
+    return;
+  }
+  for (Eigen::Index k = 0; k < X.cols(); ++k) solve(cw.L, X.data() + k * X.rows());
 }
 
 template <class W>

@@ -28,9 +28,13 @@ bool solve_reduced(const Model& model, int cluster, PlaneWork& work);
 template <class W>
 void update_accelerations_alone(const Model& model, W& work);
 
-// x = D^-1 x of a cluster's independent rates, D its reduced mass matrix at the state whose accelerations were found last.
-void solve_mass(const Model& model, int cluster, Work& work, VecX& x);
-void solve_mass(const Model& model, int cluster, PlaneWork& work, VecX& x);
+// X = D^-1 X of a cluster's independent rates, a column a right-hand side, D its reduced mass matrix at the state whose accelerations were
+// found last. Where that was done without it, the equations are made anew: nothing is kept that another state could have replaced.
+void solve_mass(const Model& model, int cluster, Work& work, MatX& X);
+void solve_mass(const Model& model, int cluster, PlaneWork& work, MatX& X);
+
+// D itself, whole, after update_accelerations or complete_mass_matrices.
+void reduced_mass(const ClusterWork& cw, MatX& D);
 
 // Mass matrices and their factors after update_accelerations_alone, where it left them out.
 template <class W>

@@ -1,12 +1,13 @@
 // Where in an integrator's step a phase ends: the first zero of its margins from above (events.h), on the interpolant of the step.
 //
-// A step is looked at inside as well as at its end, and where a margin has its least value in between that is followed down: a slide that
-// goes back and forth within a step, or a ball that only grazes its stop, is found. What expressions and contacts look at is looked at more
-// often where bodies turn far within a step, and where a margin that falls and rises again might reach zero in between as far as its slopes
-// at two looks tell: a tip that brushes a wall once a turn, a ball that would be past its partner by the end of the step. A margin that
-// starts at zero (a body that starts on its stop, a slip that starts from rest) and falls has its zero at the start: no phase can hold
-// where friction would push along the motion or a stop would be passed through. Zero: what rounding leaves of it (event_roundings). The
-// integrators' own search would see changes of sign between the ends of steps only.
+// A step is looked at inside as well as at its end unless all margins are large against what they change by, and where a margin has its
+// least value in between that is followed down: a slide that goes back and forth within a step, or a ball that only grazes its stop, is
+// found. What expressions and contacts look at is looked at more often where bodies turn far within a step, and where a margin that falls
+// and rises again might reach zero in between as far as its slopes at two looks tell: a tip that brushes a wall once a turn, a ball that
+// would be past its partner by the end of the step. A margin that starts at zero (a body that starts on its stop, a slip that starts from
+// rest) and falls has its zero at the start: no phase can hold where friction would push along the motion or a stop would be passed
+// through. Zero: what rounding leaves of it (event_roundings). The integrators' own search would see changes of sign between the ends of
+// steps only.
 #pragma once
 
 #include "sim/time/system.h"
@@ -37,12 +38,13 @@ class EventWatch {
   Point at(System& system, const Integrator& integrator, double t);
   Point at(System& system, double t, const VecX& y) const;
   bool ended(const Point& p) const;
+  bool calm(const Point& end) const;
   std::vector<Point> looks(System& system, const Integrator& integrator, double t, const VecX& y);
   void look_between(System& system, const Integrator& integrator, std::vector<Point>& points);
   bool dips(System& system, const Integrator& integrator, const std::vector<Point>& points, Point& before, Point& after);
   void locate(System& system, const Integrator& integrator, Point& before, Point& after);
 
-  Point start_;
+  Point start_, before_;  // ends of the last two steps; before_ has no margins where a phase began since
   VecX start_y_, scratch_;
   double end_ = 0.0;           // of the step that is looked at
   VecX missed_;                // the start's state less what the interpolant says there

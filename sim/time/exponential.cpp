@@ -58,7 +58,7 @@ bool ExponentialSolver::linearise(double t, const VecX& y, const LinearModel* be
   problem_.closed_derivatives(t, y.data(), jacobian_);
   ++jacobians;
   nw_ = jacobian_.A.rows();
-  nq_ = jacobian_.T.rows();
+  nq_ = jacobian_.T.rows;
   evaluations_ += 3.0;  // the closed form costs about two of them
   if (anew) {
     MatX A, B;
@@ -78,8 +78,8 @@ bool ExponentialSolver::linearise(double t, const VecX& y, const LinearModel* be
     renewed_ = evaluations_;
     find_vibrations(jacobian_.A + restA_);
   }
-  model.T = jacobian_.T;
-  model.P = jacobian_.P;
+  model.T = jacobian_.T.dense();
+  model.P = jacobian_.P.dense();
   model.closed = jacobian_.A;
   model.A = jacobian_.A + restA_ + (t - rest_time_) * restA1_;
   model.B = jacobian_.B + restB_ + (t - rest_time_) * restB1_;

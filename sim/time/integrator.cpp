@@ -25,28 +25,6 @@ namespace {
 
 double* data(N_Vector v) { return N_VGetArrayPointer(v); }
 
-// What is not zero of a matrix in which little is.
-class SparseMatrix {
- public:
-  void take(const MatX& M) {
-    entries_.clear();
-    for (Eigen::Index c = 0; c < M.cols(); ++c)
-      for (Eigen::Index r = 0; r < M.rows(); ++r)
-        if (M(r, c) != 0.0) entries_.push_back({r, c, M(r, c)});
-  }
-  // y += factor M x.
-  void add_product(double factor, const double* x, double* y) const {
-    for (const Entry& e : entries_) y[e.row] += factor * (e.value * x[e.column]);
-  }
-
- private:
-  struct Entry {
-    Eigen::Index row, column;
-    double value;
-  };
-  std::vector<Entry> entries_;
-};
-
 // A direct solver of our own for SUNDIALS, which owns it: `Solver` with setup(SUNMatrix) and solve(b, x, count). setup's answer: 0, or 1
 // for a zero pivot, which is recoverable: another step size gives another matrix.
 template <class Solver>
@@ -71,25 +49,95 @@ SUNLinearSolver direct_solver(SUNContext context) {
 
 // Newton's matrix 1 - g J of mechanical equations, solved for the rates alone:
 //   (1 - g B - g^2 A) dw = b_w + g A P b_q,   dq = b_q + g T dw,   the rest unchanged.
+// Where A and B follow from blocks of mass, stiffness and damping but for a few columns, (M + g D + g^2 K) is factorised instead and the
+// columns beside are put in by the formula of Woodbury: neither M^-1 K nor a factorisation without symmetry is needed.
 struct MechanicalSolver {
   MechanicalJacobian jacobian;
   double gamma = 0.0;
   std::function<double()> current_gamma;  // where the step's may have changed since the matrix was set up
   MatX matrix;                            // its factors
-  SparseMatrix T, P;                      // of the jacobian
   std::vector<int> order;
+  struct Factor {
+    MatX L;                  // of a block; what rounding or a negative stiffness leaves without a root:
+    std::vector<int> order;  // the factors with row exchanges, else empty
+  };
+  std::vector<Factor> factors;
+  MatX beside, closing;  // the blocks' matrix solved for the columns beside; inverse of what they leave of theirs
   VecX direction, product, rhs, rates;
-
-  void take_directions() {
-    T.take(jacobian.T);
-    P.take(jacobian.P);
-  }
 
   int setup(SUNMatrix) { return factorise(); }
   int factorise() {
+    if (!jacobian.blocks.empty()) return factorise_blocks();
     matrix = -gamma * jacobian.B - gamma * gamma * jacobian.A;
     matrix.diagonal().array() += 1.0;
     return sim::factorise(matrix, order) > 0.0 ? 0 : 1;
+  }
+
+  int factorise_blocks() {
+    factors.resize(jacobian.blocks.size());
+    for (size_t i = 0; i < factors.size(); ++i) {
+      const MechanicalJacobian::Block& block = jacobian.blocks[i];
+      matrix = block.mass;
+      if (block.stiffness.size() > 0) matrix += gamma * gamma * block.stiffness;
+      else matrix.diagonal() += gamma * gamma * block.diagonal;
+      if (block.damping.size() > 0) matrix += gamma * block.damping;
+      factors[i].order.clear();
+      if (cholesky(matrix, factors[i].L)) continue;
+      factors[i].L = matrix;
+      if (!(sim::factorise(factors[i].L, factors[i].order) > 0.0)) return 1;
+    }
+    const Eigen::Index n = jacobian.A.rows(), m = static_cast<Eigen::Index>(jacobian.beside.size());
+    beside.resize(n, m);
+    closing.resize(m, m);
+    for (Eigen::Index j = 0; j < m; ++j) {
+      const int at = jacobian.beside[static_cast<size_t>(j)];
+      rates = -gamma * jacobian.B.col(at) - gamma * gamma * jacobian.A.col(at);
+      solve_blocks(nullptr);
+      beside.col(j) = rates;
+      for (Eigen::Index i = 0; i < m; ++i) closing(i, j) = (i == j ? 1.0 : 0.0) + rates[jacobian.beside[static_cast<size_t>(i)]];
+    }
+    return m == 0 || invert(closing) ? 0 : 1;
+  }
+
+  // rates = (M + g D + g^2 K)^-1 (M rates - g K p), p may be null.
+  void solve_blocks(const double* p) {
+    for (size_t i = 0; i < factors.size(); ++i) {
+      const MechanicalJacobian::Block& block = jacobian.blocks[i];
+      const Eigen::Index n = block.mass.rows();
+      double* const x = rates.data() + block.first;
+      rhs.resize(n);
+      multiply(block.mass, x, rhs.data());
+      if (p && block.stiffness.size() == 0) {
+        rhs.array() -= gamma * block.diagonal.array() * Eigen::Map<const VecX>(p + block.first, n).array();
+      } else if (p) {
+        product.resize(n);
+        multiply(block.stiffness, p + block.first, product.data());
+        rhs -= gamma * product;
+      }
+      if (factors[i].order.empty()) {
+        sim::solve(factors[i].L, rhs.data());
+        std::copy_n(rhs.data(), n, x);
+      } else {
+        sim::solve(factors[i].L, factors[i].order, rhs.data(), x);
+      }
+    }
+  }
+
+  // rates: b_w on entry.
+  void solve_rates() {
+    if (jacobian.blocks.empty()) {
+      product.resize(rates.size());
+      multiply(jacobian.A, direction.data(), product.data());
+      rhs = rates + gamma * product;
+      return sim::solve(matrix, order, rhs.data(), rates.data());
+    }
+    for (const int j : jacobian.beside) rates += (gamma * direction[j]) * jacobian.A.col(j);
+    solve_blocks(direction.data());
+    const Eigen::Index m = beside.cols();
+    if (m == 0) return;
+    rhs.resize(m);
+    for (Eigen::Index j = 0; j < m; ++j) rhs[j] = rates[jacobian.beside[static_cast<size_t>(j)]];
+    for (Eigen::Index j = 0; j < m; ++j) rates -= closing.row(j).dot(rhs) * beside.col(j);
   }
 
   void solve(const double* b, double* x, Eigen::Index size) {
@@ -97,16 +145,13 @@ struct MechanicalSolver {
       gamma = g;
       factorise();
     }
-    const Eigen::Index nq = jacobian.T.rows(), nw = jacobian.T.cols();
+    const Eigen::Index nq = jacobian.T.rows, nw = jacobian.T.cols;
     direction.setZero(nw);
-    product.resize(nw);
-    rates.resize(nw);
-    P.add_product(1.0, b, direction.data());
-    multiply(jacobian.A, direction.data(), product.data());
-    rhs = Eigen::Map<const VecX>(b + nq, nw) + gamma * product;
-    sim::solve(matrix, order, rhs.data(), rates.data());
+    jacobian.P.add_product(1.0, b, direction.data());
+    rates = Eigen::Map<const VecX>(b + nq, nw);
+    solve_rates();
     if (x != b) std::copy(b, b + size, x);
-    T.add_product(gamma, rates.data(), x);
+    jacobian.T.add_product(gamma, rates.data(), x);
     Eigen::Map<VecX>(x + nq, nw) = rates;
   }
 };
@@ -119,6 +164,7 @@ struct Integrator::Memory {
   SUNContext context = nullptr;
   void* solver = nullptr;
   N_Vector y = nullptr, yp = nullptr;
+  N_Vector inside = nullptr;  // a view of where interpolate writes
   SUNMatrix matrix = nullptr;
   SUNLinearSolver linear = nullptr;
   SUNNonlinearSolver nonlinear = nullptr;
@@ -141,6 +187,7 @@ struct Integrator::Memory {
     if (matrix) SUNMatDestroy(matrix);
     if (y) N_VDestroy(y);
     if (yp) N_VDestroy(yp);
+    if (inside) N_VDestroy(inside);
     if (context) SUNContext_Free(&context);
   }
 
@@ -172,7 +219,9 @@ struct Integrator::Memory {
     r.time = t;
     r.y = Eigen::Map<const VecX>(at, problem.size);
     r.rate = Eigen::Map<const VecX>(rate, problem.size);
-    if (problem.keep) problem.keep(r.kept);
+    // Stages set out from the state of the step's beginning: of no other are rates asked for at another time.
+    r.kept.resize(0);
+    if (problem.keep && t == time) problem.keep(r.kept);
   }
 
   int evaluate(double t, const double* at, double* out) {
@@ -241,7 +290,6 @@ struct IntegratorCallbacks {
       m->complaint = error.what();
       return 1;
     }
-    solver.take_directions();
     solver.gamma = gamma;
     *renewed = still_good ? SUNFALSE : SUNTRUE;
     return 0;
@@ -464,7 +512,7 @@ double Integrator::previous_time() const { return memory_->previous; }
 const VecX& Integrator::state() const { return memory_->state; }
 
 void Integrator::interpolate(double t, VecX& y) const {
-  const Memory& m = *memory_;
+  Memory& m = *memory_;
   y.resize(m.problem.size);
   if (t == m.time) {
     y = m.state;
@@ -474,12 +522,12 @@ void Integrator::interpolate(double t, VecX& y) const {
     m.exponential->interpolate(t, y);
     return;
   }
-  N_Vector out = make_solver_vector(m.problem.size, y.data(), m.context);
+  if (!m.inside) m.inside = make_solver_vector(m.problem.size, y.data(), m.context);
+  N_VSetArrayPointer(y.data(), m.inside);
   int flag = 0;
-  if (m.method == Method::ida) flag = IDAGetDky(m.solver, t, 0, out);
-  else if (m.method == Method::erk || m.method == Method::dirk) flag = ARKStepGetDky(m.solver, t, 0, out);
-  else flag = CVodeGetDky(m.solver, t, 0, out);
-  N_VDestroy(out);
+  if (m.method == Method::ida) flag = IDAGetDky(m.solver, t, 0, m.inside);
+  else if (m.method == Method::erk || m.method == Method::dirk) flag = ARKStepGetDky(m.solver, t, 0, m.inside);
+  else flag = CVodeGetDky(m.solver, t, 0, m.inside);
   if (flag != 0) throw SimulationError(fmt::format("the solution at t = {:.9g} s cannot be interpolated", t));
 }
 

@@ -9,13 +9,45 @@
 
 #include <functional>
 #include <memory>
+#include <string>
+#include <vector>
 
 namespace flexframe::sim {
+
+// A matrix of which little is not zero; entries at one place add up.
+struct SparseEntries {
+  struct Entry {
+    int row, column;
+    double value;
+  };
+  Eigen::Index rows = 0, cols = 0;
+  std::vector<Entry> entries;
+  // y += factor M x.
+  void add_product(double factor, const double* x, double* y) const {
+    for (const Entry& e : entries) y[e.row] += factor * (e.value * x[e.column]);
+  }
+  MatX dense() const {
+    MatX M = MatX::Zero(rows, cols);
+    for (const Entry& e : entries) M(e.row, e.column) += e.value;
+    return M;
+  }
+};
 
 // Derivatives of mechanical equations y = [q; w; further], q' = T w, w' = f(q, w) for implicit methods: A, of w' by a change of q
 // along each of the directions of w (n x n), B, of w' by w (n x n), T (q x n), and P (n x q) with P T = 1 on what is independent.
 struct MechanicalJacobian {
-  MatX A, B, T, P;
+  // Rates `first` and the following: M w' = -K p - D w besides what else acts on them, p the change of q. All symmetric and whole. Of a
+  // stiffness that is nothing but its diagonal that alone, the matrix empty; damping empty where there is none.
+  struct Block {
+    Eigen::Index first = 0;
+    MatX mass, stiffness, damping;
+    VecX diagonal;
+  };
+  MatX A, B;
+  SparseEntries T, P;
+  // Where there are any they cover all rates, and of A and B only the columns `beside` are there.
+  std::vector<Block> blocks;
+  std::vector<int> beside;
 };
 
 struct OdeProblem {

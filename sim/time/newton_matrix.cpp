@@ -50,9 +50,10 @@ bool closed_form(const System& system) {
   return true;
 }
 
-// Rows of T: rates of all coordinates per independent rate.
-void coordinate_matrix(const System& system, const double* y, MatX& T) {
+// T: rates of all coordinates per independent rate.
+void coordinate_matrix(const System& system, const double* y, SparseEntries& T) {
   const Model& model = system.model;
+  static thread_local std::vector<int> place;
   int first = 0;
   for (size_t c = 0; c < model.clusters.size(); ++c) {
     const Cluster& cluster = model.clusters[c];
@@ -60,15 +61,16 @@ void coordinate_matrix(const System& system, const double* y, MatX& T) {
     const int ni = static_cast<int>(cw.partition.ind.size());
     // Where a rate stands among the independent ones, or -1 - its place among the dependent ones; `none` for one that is locked.
     constexpr int none = std::numeric_limits<int>::max();
-    std::vector<int> place(cluster.nv, none);
+    place.assign(static_cast<size_t>(cluster.nv), none);
     for (size_t k = 0; k < cw.partition.ind.size(); ++k) place[cw.partition.ind[k]] = static_cast<int>(k);
     for (size_t d = 0; d < cw.partition.dep.size(); ++d) place[cw.partition.dep[d]] = -1 - static_cast<int>(d);
     // Row of N for a rate of the cluster: a unit row, or one of E.
     const auto add = [&](int row, int rate, double factor) {
       const int at = place[rate];
       if (at == none) return;
-      if (at >= 0) T(row, first + at) += factor;
-      else T.row(row).segment(first, ni) += factor * cw.E.row(-1 - at);
+      if (at >= 0) T.entries.push_back({row, first + at, factor});
+      else
+        for (int k = 0; k < ni; ++k) T.entries.push_back({row, first + k, factor * cw.E(-1 - at, k)});
     };
     for (int i : cluster.parts) {
       const Part& p = model.parts[i];
@@ -130,14 +132,16 @@ void difference_columns(System& system, const Differences& how, MatX& A, MatX& B
 void update_directions(const System& system, const double* y, const std::vector<Direction>& all, MechanicalJacobian& out) {
   const Model& model = system.model;
   const int nq = model.nq, nw = static_cast<int>(all.size());
-  out.T.setZero(nq, nw);
+  out.T.rows = out.P.cols = nq;
+  out.T.cols = out.P.rows = nw;
+  out.T.entries.clear();
   coordinate_matrix(system, y, out.T);
   // P: the independent directions in a change of the coordinates.
-  out.P.setZero(nw, nq);
+  out.P.entries.clear();
   for (int k = 0; k < nw; ++k) {
     const Part& p = model.parts[all[k].part];
     if (all[k].elastic >= 0) {
-      out.P(k, p.eq0 + all[k].elastic) = 1.0;
+      out.P.entries.push_back({k, p.eq0 + all[k].elastic, 1.0});
       continue;
     }
     const int nj = p.joint.nq;
@@ -147,7 +151,8 @@ void update_directions(const System& system, const double* y, const std::vector<
     // Columns of a joint's rates are orthogonal: the pseudo-inverse is column by column.
     double norm2 = 0.0;
     for (int a = 0; a < nj; ++a) norm2 += dq[a] * dq[a];
-    for (int a = 0; a < nj; ++a) out.P(k, p.q0 + a) = dq[a] / norm2;
+    for (int a = 0; a < nj; ++a)
+      if (dq[a] != 0.0) out.P.entries.push_back({k, p.q0 + a, dq[a] / norm2});
   }
 }
 
@@ -202,18 +207,64 @@ void update_closed_columns(const System& system, const std::vector<Direction>& a
   }
 }
 
+// The n rates of a block.
+void set_stiffness(const Model& model, const std::vector<Direction>& all, Eigen::Index n, MechanicalJacobian::Block& block) {
+  block.stiffness.setZero(n, n);
+  block.damping.resize(0, 0);
+  for (Eigen::Index c = 0; c < n; ++c)
+    for (Eigen::Index r = 0; r < n; ++r) {
+      const Direction &a = all[static_cast<size_t>(block.first + r)], &b = all[static_cast<size_t>(block.first + c)];
+      if (a.elastic < 0 || b.elastic < 0 || a.part != b.part) continue;
+      const FlexibleBody& body = model.parts[a.part].body;
+      block.stiffness(r, c) = body.Ke(a.elastic, b.elastic);
+      if (body.De.size() == 0) continue;
+      if (block.damping.size() == 0) block.damping.setZero(n, n);
+      block.damping(r, c) = body.De(a.elastic, b.elastic);
+    }
+  block.diagonal = block.stiffness.diagonal();
+  if (block.stiffness.isDiagonal(0.0)) block.stiffness.resize(0, 0);
+}
+
+// The same as blocks, one a cluster.
+void update_blocks(const System& system, const std::vector<Direction>& all, MechanicalJacobian& out) {
+  const Model& model = system.model;
+  static thread_local std::vector<int> beside;
+  beside.clear();
+  for (size_t k = 0; k < all.size(); ++k)
+    if (all[k].elastic < 0) beside.push_back(static_cast<int>(k));
+  // Every elastic rate is independent, part by part: where joints stand tells where these do.
+  bool same = !out.blocks.empty() && beside == out.beside;
+  out.beside = beside;
+  size_t used = 0;
+  Eigen::Index first = 0;
+  for (const ClusterWork& cw : system.work.clusters) {
+    const Eigen::Index ni = static_cast<Eigen::Index>(cw.partition.ind.size());
+    if (ni == 0) continue;
+    if (out.blocks.size() == used) out.blocks.emplace_back(), same = false;
+    MechanicalJacobian::Block& block = out.blocks[used++];
+    same = same && block.first == first && block.diagonal.size() == ni;
+    block.first = first;
+    reduced_mass(cw, block.mass);
+    if (!same) set_stiffness(model, all, ni, block);
+    first += ni;
+  }
+  out.blocks.resize(used);
+}
+
+// Of a system whose matrix is known in closed form.
+bool few_joints(const std::vector<Direction>& all) {
+  return std::count_if(all.begin(), all.end(), [](const Direction& d) { return d.elastic < 0; }) <= 3;
+}
+
 }  // namespace
 
-bool matrix_is_cheap(const System& system) {
-  const std::vector<Direction> all = directions(system);
-  return closed_form(system) && std::count_if(all.begin(), all.end(), [](const Direction& d) { return d.elastic < 0; }) <= 3;
-}
+bool matrix_is_cheap(const System& system) { return closed_form(system) && few_joints(directions(system)); }
 
 void update_newton_matrix(System& system, double t, const double* y, const double* rates, bool fresh, MechanicalJacobian& out) {
   const std::vector<Direction> all = directions(system);
   const int nw = static_cast<int>(all.size()), size = state_size(system);
   fresh = fresh || out.A.rows() != nw;
-  const bool known = closed_form(system);
+  const bool known = closed_form(system), cheap = known && few_joints(all);
 
   // Coordinates first: differences move work.
   VecX base_rate(size);
@@ -225,8 +276,14 @@ void update_newton_matrix(System& system, double t, const double* y, const doubl
     out.A.setZero(nw, nw);
     out.B.setZero(nw, nw);
   }
-  if (known) update_closed_columns(system, all, out);
-  if (!fresh && !matrix_is_cheap(system)) return;
+  // What turns without inertia has one lent to it in the factors alone.
+  if (cheap && !system.work.idle) {
+    update_blocks(system, all, out);
+  } else {
+    out.blocks.clear();
+    if (known) update_closed_columns(system, all, out);
+  }
+  if (!fresh && !cheap) return;
 
   // Differences, a hundred-millionth of the size of the component so far: rounding and truncation balance.
   difference_columns(system, {t, y, base_rate, all, 1.5e-8, known}, out.A, out.B);

@@ -160,7 +160,9 @@ bool time_enters(const Model& model) {
 
 void keep_load_responses(System& system, VecX& kept) {
   kept.resize(0);
-  if (!system.plane || system.model.loads.empty()) return;
+  // Friction follows the reactions, and with them the loads.
+  if (system.model.loads.empty() || !system.friction.points.empty() || !all_have_inertia(system.model)) return;
+  if (!system.plane) return load_responses(system.model, system.work, kept);
   PlaneWork work(system.work, *system.plane);
   load_responses(system.model, work, kept);
 }
