@@ -235,7 +235,7 @@ void curved_shell_matrices(FeShape shape, const Mat3X& X, const FeLawAt& law_at,
   K = (0.5 * (K + K.transpose())).eval();
 }
 
-MatX curved_shell_nodal_stress(FeShape shape, const Mat3X& X, const FeLawAt& law_at, const MatX& u, int id) {
+MatX curved_shell_nodal_stress(FeShape shape, const Mat3X& X, const FeLawAt& law_at, const MatX& u, int id, bool other_face) {
   const Eigen::Index n = X.cols();
   const Mat3X normals = node_normals(shape, X, id);
   const PlaneRule& rule = plane_rule(shape);
@@ -251,8 +251,9 @@ MatX curved_shell_nodal_stress(FeShape shape, const Mat3X& X, const FeLawAt& law
   };
   for (size_t k = 0; k < points.size(); ++k) {
     const Eigen::Index col = static_cast<Eigen::Index>(k);
-    const FePly top = law_at(points[k].axes, points[k].N).plies.back();
-    const Vec3 plane = top.membrane * (solid_point(points[k], X, normals, top.upper).B.topRows(3) * motions);
+    const FeShellLaw law = law_at(points[k].axes, points[k].N);
+    const FePly& face = other_face ? law.plies.front() : law.plies.back();
+    const Vec3 plane = face.membrane * (solid_point(points[k], X, normals, other_face ? face.lower : face.upper).B.topRows(3) * motions);
     Mat3 S = Mat3::Zero();
     S(0, 0) = plane(0);
     S(1, 1) = plane(1);

@@ -63,7 +63,8 @@ MatX shell_nodal_stress(FeShape shape, const Mat3X& X, const FeShellLaw& law, co
 // place where the shape functions have the values N.
 using FeLawAt = std::function<FeShellLaw(const Mat3& Q, const VecX& N)>;
 void curved_shell_matrices(FeShape shape, const Mat3X& X, const FeLawAt& law_at, int id, MatX& K, MatX& M);
-MatX curved_shell_nodal_stress(FeShape shape, const Mat3X& X, const FeLawAt& law_at, const MatX& u, int id);
+// On the face that the normal points to, or the other one.
+MatX curved_shell_nodal_stress(FeShape shape, const Mat3X& X, const FeLawAt& law_at, const MatX& u, int id, bool other_face = false);
 
 // Points of a shell's surface: shape functions, their derivatives (n x 2) along axes(:, 0) and axes(:, 1), area (m^2) and axes; quadrangles
 // 2 x 2, triangle3 one, triangle6 three points.

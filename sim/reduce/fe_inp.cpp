@@ -11,9 +11,9 @@ FeModel InpResolver::run() {
   model.materials = deck.materials;
   complaints.texts = deck.refusals;
   place_spaces();
+  // What follows would only name what is missing with the file.
+  if (deck.incomplete) complaints.raise(model.file);
   for (int i = 0; i < static_cast<int>(spaces.size()); ++i) add_elements(i);
-  // What follows would only name the elements that are missing.
-  complaints.raise(model.file);
   name_sets();
   for (int i = 0; i < static_cast<int>(spaces.size()); ++i) {
     for (const InpSection& s : scope(i).sections) complaints.guarded([&] { add_section(i, s); });
@@ -25,14 +25,16 @@ FeModel InpResolver::run() {
     for (const InpValue& v : scope(i).springs) complaints.guarded([&] { add_springs(i, v); });
   mark_turning();
   for (int i = 0; i < static_cast<int>(spaces.size()); ++i) {
-    for (const InpTie& t : scope(i).ties) complaints.guarded([&] { add_tie(i, t); });
+    // Surfaces of elements that cannot be read have no faces.
+    for (const InpTie& t : scope(i).ties)
+      if (!deck.elements_refused) complaints.guarded([&] { add_tie(i, t); });
     for (const InpMpc& m : scope(i).mpcs) complaints.guarded([&] { add_mpc(i, m); });
   }
   for (int i = 0; i < static_cast<int>(spaces.size()); ++i) {
     for (const InpEquation& e : scope(i).equations) complaints.guarded([&] { add_equation(i, e); });
     for (const InpBoundary& b : scope(i).boundaries) complaints.guarded([&] { add_boundary(i, b); });
   }
-  need_properties();
+  if (complaints.texts.empty()) need_properties();
   complaints.raise(model.file);
   tell_bricks();
   return std::move(model);
@@ -100,9 +102,11 @@ void InpResolver::add_elements(int space) {
   for (const InpElement& e : from.elements) {
     const InpType& type = *e.type;
     std::vector<int> nodes;
-    for (int k = 0; k < type.nodes; ++k) {
+    bool whole = true;
+    for (int k = 0; k < type.nodes && whole; ++k) {
       const int id = from.connectivity[e.first + k], node = node_by_id(space, id);
-      if (node < 0) fail(e.place, fmt::format("element {}: node {} is not there", e.id, id));
+      whole = node >= 0;
+      if (!whole) complaints.guarded([&] { fail(e.place, fmt::format("element {}: node {} is not there", e.id, id)); });
       nodes.push_back(node);
     }
     s.first.push_back(static_cast<int>(model.elements.size()));
@@ -118,7 +122,9 @@ void InpResolver::add_elements(int space) {
       if (type.shape == FeShape::lumped) kinds[static_cast<int>(model.elements.size())] = type.kind;
       model.elements.push_back(made);
     };
-    if (type.kind == InpKind::beam && type.nodes == 3) {
+    if (!whole) {
+      // Told above.
+    } else if (type.kind == InpKind::beam && type.nodes == 3) {
       add({nodes[0], nodes[1]});
       add({nodes[1], nodes[2]});
     } else if (type.kind != InpKind::rigid_shape && type.kind != InpKind::left_out && type.kind != InpKind::point) {

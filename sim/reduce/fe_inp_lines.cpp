@@ -75,9 +75,22 @@ int InpLines::integer(std::string_view s, const char* what) const {
   fail(fmt::format("{}: an integer is expected, found '{}'", what, s.substr(0, 40)));
 }
 
+// A file that is nothing but faults is given up.
+template <class Work>
+void InpLines::guarded(bool keyword, const Work& work) {
+  constexpr size_t most = 1000;
+  try {
+    work();
+  } catch (const InputError& e) {
+    if (faults.size() >= most) throw;
+    faults.emplace_back(e.what());
+    abandon(keyword);
+  }
+}
+
 void InpLines::read(const std::filesystem::path& path) {
   read_file(path, 0);
-  finish_keyword();
+  guarded(true, [&] { finish_keyword(); });
 }
 
 void InpLines::read_file(const std::filesystem::path& path, int depth) {
@@ -86,6 +99,7 @@ void InpLines::read_file(const std::filesystem::path& path, int depth) {
   std::ifstream in(path);
   if (!in || std::filesystem::is_directory(path, error)) {
     if (depth == 0) throw InputError(fmt::format("{}: cannot be opened", path.string()));
+    incomplete = true;
     fail(fmt::format("'{}' cannot be opened; INPUT=FILE is looked for beside the file that names it", path.string()));
   }
   files.push_back(path.string());
@@ -99,19 +113,21 @@ void InpLines::read_file(const std::filesystem::path& path, int depth) {
     const std::string_view text = inp_trim(line);
     if (text.empty() || text.starts_with("**")) continue;
     if (text.front() != '*') {
-      data(text);
+      guarded(false, [&] { data(text); });
       continue;
     }
     keywords = true;
-    finish_keyword();
+    guarded(true, [&] { finish_keyword(); });
     const InpKeyword k = parse(in, text);
-    if (k.name != "INCLUDE") keyword(k);
+    if (k.name != "INCLUDE") guarded(true, [&] { keyword(k); });
     std::string target = k.get("INPUT");
     if (k.name == "INCLUDE" && target.empty()) fail("*INCLUDE needs INPUT=...");
     if (target.empty() || (k.name != "INCLUDE" && k.name != "NODE" && k.name != "ELEMENT" && k.name != "NSET" && k.name != "ELSET"))
       continue;
     std::replace(target.begin(), target.end(), '\\', '/');
-    read_file(path.parent_path() / target, depth + 1);
+    const InpPlace here = at;
+    guarded(true, [&] { read_file(path.parent_path() / target, depth + 1); });
+    at = here;
   }
   if (depth == 0 && !keywords)
     throw InputError(fmt::format("{}: is no deck of Abaqus or CalculiX: no line begins with a keyword such as *NODE", path.string()));

@@ -40,6 +40,8 @@ class InpLines {
 
   std::vector<std::string> files;  // as opened
   InpPlace at;                     // of the present line
+  std::vector<std::string> faults;  // lines that cannot be read; the file is read on behind them
+  bool incomplete = false;          // a file that is named is not there
 
   void read(const std::filesystem::path& path);
   std::string where(const InpPlace& place) const;  // "FILE:LINE"
@@ -54,9 +56,12 @@ class InpLines {
   virtual void keyword(const InpKeyword& k) = 0;
   virtual void data(std::string_view text) = 0;
   virtual void finish_keyword() = 0;  // before the next keyword and at the end
+  virtual void abandon(bool keyword) = 0;  // what was begun when a line of data, or a keyword, was at fault
 
  private:
   void read_file(const std::filesystem::path& path, int depth);
+  template <class Work>
+  void guarded(bool keyword, const Work& work);
   InpKeyword parse(std::istream& in, std::string_view text);
 };
 

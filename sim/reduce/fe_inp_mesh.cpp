@@ -34,6 +34,12 @@ void InpTableReader::add_member(InpSet& set, int id) {
 }
 
 void InpTableReader::read_element() {
+  if (refused_type) {
+    // Sets and sections that name it find it; a line that goes on gives a number too many.
+    if (f.empty() || !inp_is_integer(f[0]) || f[0].size() > 9) return;
+    pending = {integer(f[0], "element")};
+    if (s().element_at.contains(pending[0])) return pending.clear();
+  } else
   for (std::string_view part : f)
     if (!part.empty()) pending.push_back(integer(part, "element"));
   const size_t wants = type->nodes + 1;

@@ -386,7 +386,7 @@ void InpTableReader::read_mpc() {
     last.nodes.insert(last.nodes.end(), m.nodes.begin(), m.nodes.end());
     return;
   }
-  constexpr std::array<std::string_view, 5> known = {"BEAM", "TIE", "PIN", "PLANE", "STRAIGHT"};
+  constexpr std::array<std::string_view, 6> known = {"BEAM", "TIE", "PIN", "PLANE", "STRAIGHT", "MEANROT"};
   if (std::find(known.begin(), known.end(), m.type) == known.end())
     return refuse(fmt::format("*MPC of type {}: {} can be read; give others as *EQUATION", m.type, fmt::join(known, ", ")));
   s().mpcs.push_back(m);

@@ -19,8 +19,14 @@ class InpTableReader : public InpLines {
   }
   InpDeck take(const std::filesystem::path& path) {
     read(path);
-    settle_elastics();
+    try {
+      settle_elastics();
+    } catch (const InputError& e) {
+      faults.emplace_back(e.what());
+    }
     deck.files = files;
+    deck.incomplete = incomplete;
+    deck.refusals.insert(deck.refusals.end(), faults.begin(), faults.end());
     return std::move(deck);
   }
 
@@ -28,6 +34,11 @@ class InpTableReader : public InpLines {
   void keyword(const InpKeyword& given) override;
   void data(std::string_view text) override;
   void finish_keyword() override;
+  void abandon(bool keyword) override {
+    pending.clear();
+    terms.clear();
+    if (keyword) skip = true;
+  }
 
  private:
   FeUnits units;
@@ -46,7 +57,8 @@ class InpTableReader : public InpLines {
   int lines = 0;  // of data of the present keyword
   bool skip = false;
   const InpType* type = nullptr;
-  std::vector<int> pending;  // numbers of an element that runs over lines
+  bool refused_type = false;  // of the present elements: only their numbers are taken
+  std::vector<int> pending;   // numbers of an element that runs over lines
   std::vector<double> numbers;
   std::vector<std::string> terms;
   int wanted = 0;

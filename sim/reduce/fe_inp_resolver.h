@@ -39,6 +39,7 @@ class InpResolver {
   std::map<int, Mat3> transformed;                         // node -> its axes
   std::map<int, InpKind> kinds;                            // of lumped elements
   std::map<int, int> rotation_nodes;                       // node that stands for the rotations of another
+  std::map<int, Vec3> pilots;                              // of *MPC, MEANROT: nodes whose first motion is a turn about this axis
   std::vector<int> offsets;                                // of the numbers of each space, to those of the model
   std::vector<bool> turning;                               // nodes that have rotations of their own
   std::map<int, bool> rectangles;                          // beam sections that nodal thicknesses may change: RECT, or CIRC
@@ -130,6 +131,7 @@ class InpResolver {
   // A term in the node's own directions as terms in space.
   void add_term(int node, int dof, double coefficient, FeEquation& out) const;
   void add_flat(const InpMpc& m, const std::vector<int>& nodes);
+  void add_mean_rotation(const InpMpc& m, const std::vector<int>& nodes, int pilot);
   void add_equation(int space, const InpEquation& given);
   void add_boundary(int space, const InpBoundary& b);
 };

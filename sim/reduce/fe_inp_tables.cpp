@@ -254,7 +254,15 @@ void InpTableReader::begin_element() {
   if (!type && name.ends_with("H") && name.starts_with("B3")) type = type_of(name.substr(0, name.size() - 1));
   if (!type && name == "S3RS") type = type_of("S3");
   if (!type && (name == "S4RS" || name == "S4RSW")) type = type_of("S4");
-  if (!type) return refuse(fmt::format("element type '{}' is not known; {}", name, advice_for(name)));
+  refused_type = type == nullptr;
+  if (refused_type) {
+    static const InpType unknown = {"", left_out, none, full, 0};
+    type = &unknown;
+    deck.elements_refused = true;
+    if (const std::string text = fmt::format("element type '{}' is not known; {}", name, advice_for(name)); told.insert(text).second)
+      deck.refusals.push_back(fmt::format("{}: {}", where(at), text));
+    return;
+  }
   if (name == "C3D8R") note("C3D8R: integrated with incompatible modes like C3D8I (free of hourglass modes)");
   if (name == "C3D10M") note("C3D10M: taken as C3D10");
   if (type->kind == left_out) note(fmt::format("{}: {} is left out: damping comes with --damping, dampers in the scene", where(at), name));

@@ -179,6 +179,8 @@ struct InpDeck {
   std::vector<FeMaterial> materials;
   std::vector<std::string> files, notes, warnings, refusals;
   bool abaqus = false;                          // words that only Abaqus has: parts, *OUTPUT
+  bool incomplete = false;                      // a file that is named is not there
+  bool elements_refused = false;                // of a type that is not known: they have numbers and no nodes
   double length = 1.0, force_per_length = 1.0;  // of the file's units in SI
   std::string where(const InpPlace& place) const;
 };

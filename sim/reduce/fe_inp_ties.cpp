@@ -219,9 +219,50 @@ void InpResolver::add_flat(const InpMpc& m, const std::vector<int>& nodes) {
   }
 }
 
+// *MPC, MEANROT: the mean turn of nodes about an axis through their middle is the first motion of the last node, whose coordinates are the
+// axis; linear about where they are. That motion is the node's rotation about the axis here, so that it turns with the body.
+void InpResolver::add_mean_rotation(const InpMpc& m, const std::vector<int>& nodes, int pilot) {
+  Vec3 middle = Vec3::Zero();
+  for (int n : nodes) middle += model.nodes[n] / static_cast<double>(nodes.size());
+  const double length = model.nodes[pilot].norm();
+  if (!(length > 0.0))
+    fail(m.place, fmt::format("*MPC, MEANROT: the coordinates of node {} are the axis, and are zero", model.node_ids[pilot]));
+  const Vec3 axis = model.nodes[pilot] / length;
+  std::vector<Vec3> shares;  // the turn is their sum over the nodes, each times its displacement
+  Vec3 mean = Vec3::Zero();
+  for (int n : nodes) {
+    const Vec3 r = model.nodes[n] - middle, across = r - axis.dot(r) * axis;
+    if (!(across.norm() > 1e-9 * r.norm()))
+      fail(m.place, fmt::format("*MPC, MEANROT: node {} lies on the axis through the middle of the others", model.node_ids[n]));
+    shares.emplace_back(axis.cross(across) / (across.squaredNorm() * static_cast<double>(nodes.size())));
+    mean += shares.back() / static_cast<double>(nodes.size());
+  }
+  FeEquation e;
+  e.line = m.place.line;
+  Eigen::Index main = 0;
+  axis.cwiseAbs().maxCoeff(&main);
+  for (int k = 0; k < 3; ++k)
+    if (const int d = (static_cast<int>(main) + k) % 3; axis(d) != 0.0) e.terms.push_back({pilot, 3 + d, -axis(d)});
+  for (size_t i = 0; i < nodes.size(); ++i)
+    for (int d = 0; d < 3; ++d)
+      if (const double share = shares[i](d) - mean(d); share != 0.0) e.terms.push_back({nodes[i], d, share});
+  model.equations.push_back(std::move(e));
+  pilots[pilot] = axis;
+}
+
 void InpResolver::add_mpc(int space, const InpMpc& m) {
   std::vector<std::vector<int>> lists;
   for (const std::string& where : m.nodes) lists.push_back(nodes_named(space, where, m.place));
+  if (m.type == "MEANROT") {
+    // Each node is there three times, once for each motion.
+    std::vector<int> nodes;
+    for (size_t k = 0; k + 1 < lists.size(); ++k)
+      for (int node : lists[k])
+        if (std::find(nodes.begin(), nodes.end(), node) == nodes.end()) nodes.push_back(node);
+    if (nodes.size() < 2 || lists.back().size() != 1)
+      fail(m.place, "*MPC, MEANROT: nodes and the one whose motion is their turn are expected");
+    return add_mean_rotation(m, nodes, lists.back()[0]);
+  }
   if (m.type == "PLANE" || m.type == "STRAIGHT") {
     std::vector<int> all;
     for (const auto& list : lists)
@@ -258,6 +299,11 @@ void InpResolver::add_mpc(int space, const InpMpc& m) {
 }
 
 void InpResolver::add_term(int node, int dof, double coefficient, FeEquation& out) const {
+  if (const auto it = pilots.find(node); it != pilots.end()) {
+    for (int d = 0; d < 3 && dof == 0; ++d)
+      if (it->second(d) != 0.0) out.terms.push_back({node, 3 + d, coefficient * it->second(d)});
+    return;
+  }
   if (const auto it = rotation_nodes.find(node); it != rotation_nodes.end() && dof < 3) {
     out.terms.push_back({it->second, 3 + dof, coefficient});
     return;
@@ -298,7 +344,11 @@ void InpResolver::add_boundary(int space, const InpBoundary& b) {
       FeConstraint c;
       c.node = node;
       c.dof = dof;
-      if (const auto it = rotation_nodes.find(node); it != rotation_nodes.end()) {
+      if (const auto pilot = pilots.find(node); pilot != pilots.end()) {
+        if (dof > 0) continue;
+        c.dof = 3;
+        c.direction = pilot->second;
+      } else if (const auto it = rotation_nodes.find(node); it != rotation_nodes.end()) {
         if (dof >= 3) continue;
         c.node = it->second;
         c.dof = 3 + dof;

@@ -247,17 +247,17 @@ MatX second_order_work(const FeModel& model, const FeSystem& system, const MatX&
 
 namespace {
 
-MatX shell_stress(const FeModel& model, const FeElement& e, const Mat3X& X, const MatX& motions) {
+MatX shell_stress(const FeModel& model, const FeElement& e, const Mat3X& X, const MatX& motions, bool other_face) {
   if (e.shape == FeShape::triangle6 || e.shape == FeShape::quadrangle8)
     return curved_shell_nodal_stress(
-        e.shape, X, [&](const Mat3& Q, const VecX& N) { return shell_law_at(model, e, Q, N); }, motions, e.id);
+        e.shape, X, [&](const Mat3& Q, const VecX& N) { return shell_law_at(model, e, Q, N); }, motions, e.id, other_face);
   double area = 0.0;
   return shell_nodal_stress(e.shape, X, shell_law(model, e, shell_axes(e.shape, X, e.id, area)), motions, e.id);
 }
 
 }  // namespace
 
-MatX element_stress(const FeModel& model, const FeSystem& system, const FeElement& e, const MatX& U) {
+MatX element_stress(const FeModel& model, const FeSystem& system, const FeElement& e, const MatX& U, bool other_face) {
   const Eigen::Index n = U.cols();
   const Mat3X X = positions(model, e);
   if (!fe_is_shell(e.shape)) {
@@ -267,7 +267,7 @@ MatX element_stress(const FeModel& model, const FeSystem& system, const FeElemen
     return solid_stress_matrix(e.shape, e.formulation, X, material_in_space(model, e), e.id) * u;
   }
   MatX out(6 * static_cast<Eigen::Index>(e.count), n);
-  for (int k = 0; k < n; ++k) out.col(k) = shell_stress(model, e, X, motions_at(model, system, e, U, k)).reshaped();
+  for (int k = 0; k < n; ++k) out.col(k) = shell_stress(model, e, X, motions_at(model, system, e, U, k), other_face).reshaped();
   return out;
 }
 

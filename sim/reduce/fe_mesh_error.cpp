@@ -134,6 +134,9 @@ class StressJumps {
     const auto [at, fresh] = membranes.try_emplace(element);
     if (!fresh) return at->second;
     const FeElement& e = model.elements[element];
+    // A curved shell's motion along the normal stretches it too: the mean of its faces.
+    if (e.shape == FeShape::triangle6 || e.shape == FeShape::quadrangle8)
+      return at->second = 0.5 * (stress_of(element) + element_stress(model, system, e, U, true));
     double area = 0.0;
     const Vec3 n = shell_axes(e.shape, element_nodes(model, e), e.id, area).col(2);
     MatX flat = MatX::Zero(U.rows(), U.cols());

@@ -189,11 +189,12 @@ enum class FeContact { refuse, tie, open };
 // Everything that would change the structure and cannot be read is refused, all of it in one InputError with file and line.
 FeModel read_inp(const std::filesystem::path& path, const FeUnits& units = {}, FeContact contact = FeContact::refuse);
 
-// Nastran bulk data (.bdf .nas .dat), small, large and free fields: GRID GRDSET CORD1x CORD2x CTETRA CHEXA CPENTA (middle grids may lack)
-// CQUAD4 CQUAD8 CTRIA3 CTRIA6 CBAR BAROR CBEAM BEAMOR (offsets, released ends) CROD CONROD CTUBE CELAS1 CELAS2 CBUSH CONM2 RBE2 RBE3 RBAR
-// MPC SPC SPC1 PSHELL PCOMP PCOMPG PSOLID PBAR PBARL PBEAM PBEAML PROD PTUBE PELAS PBUSH MAT1 MAT2 MAT8 MAT9 INCLUDE; PARAM WTMASS. A
-// material without density is taken as it is where the model has other mass, with a warning. Everything that would change the structure and
-// cannot be read is refused, all of it in one InputError.
+// Nastran bulk data (.bdf .nas .dat), small, large and free fields, continuations by name: GRID GRDSET CORD1x CORD2x CTETRA CHEXA CPENTA
+// (middle grids may lack) CQUAD4 CQUAD8 CTRIA3 CTRIA6 (thicknesses at grids) CBAR BAROR CBEAM BEAMOR (offsets, released ends) CROD CONROD
+// CTUBE CELAS1 CELAS2 CBUSH CMASS1 CMASS2 CONM1 CONM2 RBE1 RBE2 RBE3 RBAR RROD RTRPLT MPC SPC SPC1 PSHELL PCOMP PCOMPG PSOLID PBAR PBARL
+// PBEAM PBEAML PROD PTUBE PELAS PMASS PBUSH MAT1 MAT2 MAT8 MAT9 MAT11 INCLUDE; PARAM WTMASS. A material without density is taken as it is
+// where the model has other mass, with a warning. Everything that would change the structure and cannot be read is refused, all of it in
+// one InputError.
 FeModel read_nastran(const std::filesystem::path& path, const FeUnits& units = {});
 
 // gmsh mesh, formats 2.2 and 4.1, ASCII and binary. Physical groups become node and element sets (elements of the highest dimension only);

@@ -161,6 +161,46 @@ TEST(ReduceDecks, NodesThatStayInAPlaneOrOnALine) {
   EXPECT_THROW(deck(cube + "*MPC\nSTRAIGHT,5,6,8\n"), InputError);
 }
 
+// All that is wrong with a deck is told at once, each with its line: types and words that cannot be read, numbers that are none, names
+// that are not there; and not what follows from one of them alone.
+TEST(ReduceDecks, AllFaultsAreNamed) {
+  std::string text;
+  try {
+    deck("*NODE\n1,0,0,0\n2,1,0,x\n3,1,1,0\n4,0,1,0\n5,0,0,1\n*ELEMENT,TYPE=CPS4,ELSET=E\n1,1,2,3,4\n*ELEMENT,TYPE=C3D4,ELSET=F\n2,1,3,4,5\n"
+         "3,1,3,4,77\n*SOLID SECTION,ELSET=E,MATERIAL=S\n*SOLID SECTION,ELSET=F,MATERIAL=NONE\n*MATERIAL,NAME=S\n*ELASTIC,TYPE=SHORT\n"
+         "2e11,.3\n*SURFACE,NAME=A\nE,S1\n*COUPLING,REF NODE=1,SURFACE=A,CONSTRAINT NAME=C\n*KINEMATIC\n1,3\n*CONTACT\n"
+         "*EQUATION\n2\n1,1,1.,99,1,-1.\n*BOUNDARY\nMISSING,1,3\n");
+  } catch (const InputError& e) {
+    text = e.what();
+  }
+  for (const char* part : {":3: ", ":7: element type 'CPS4'", ":11: element 3: node 77 is not there", ":13: section: material 'NONE'",
+                           ":15: *ELASTIC, TYPE=SHORT", ":22: *CONTACT", ":25: node 99 is not there", ":27: node set 'MISSING'"})
+    EXPECT_NE(text.find(part), std::string::npos) << part << "\n" << text;
+  EXPECT_EQ(text.find("surface 'A'"), std::string::npos) << text;
+}
+
+// The mean turn of four nodes about the axis that the last one's coordinates are: a rigid motion's own turn, and that of a twist.
+TEST(ReduceDecks, MeanRotations) {
+  const FeModel m = deck(
+      "*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n5,0,0,1\n6,1,0,2\n7,1,1,2.6\n8,0,1,1\n9,3,0,0\n*ELEMENT,TYPE=C3D8,ELSET=E\n"
+      "1,1,2,3,4,5,6,7,8\n*SOLID SECTION,ELSET=E,MATERIAL=S\n*MATERIAL,NAME=S\n*ELASTIC\n2e11,.3\n*DENSITY\n7800\n*MPC\n"
+      "MEANROT,2,2,2,3,3,3,6,6,6,7,7,7,9\n*BOUNDARY\n9,1,1\n");
+  ASSERT_EQ(m.equations.size(), 1u);
+  const auto sum = [&](auto motion, const Vec3& pilot) {
+    double out = 0.0;
+    for (const auto& t : m.equations[0].terms)
+      out += t.coefficient * (t.dof >= 3 ? pilot(t.dof - 3) : Vec3(motion(m.nodes[t.node]))(t.dof));
+    return out;
+  };
+  const Vec3 w(0.4, 0.5, -0.6), middle(1.0, 0.5, 1.15);
+  EXPECT_NEAR(sum([&](const Vec3& x) { return Vec3(Vec3(0.1, -0.2, 0.3) + w.cross(x)); }, w), 0.0, 1e-12);
+  EXPECT_NEAR(sum([&](const Vec3& x) { return Vec3(x.x() * Vec3::UnitX().cross(x - middle)); }, Vec3::Zero()), 1.0, 1e-12);
+  // The support of its first motion holds the turn.
+  ASSERT_EQ(m.constraints.size(), 1u);
+  EXPECT_EQ(m.constraints[0].dof, 3);
+  EXPECT_EQ(m.constraints[0].direction, Vec3::UnitX());
+}
+
 // A motion with stiffness and without mass has no frequency: it was given 1e149 Hz.
 TEST(ReduceDecks, MotionsWithoutMassHaveNoFrequency) {
   const FeModel m = deck(
