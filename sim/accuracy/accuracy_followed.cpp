@@ -53,6 +53,7 @@ struct Followed {
   std::optional<Histories> run_within_limit();
   std::optional<Histories> run_whole();
   bool judge_all_at_once();
+  void call_effects();
   void find_what_lacks();
   bool hopeless();
   bool settle_time(double timely);
@@ -61,6 +62,28 @@ struct Followed {
   void take_looser();
   bool refine();
 };
+
+// Effects that the vibrations ask for, by a loose run with half of the modes: the run itself, made for nothing, costs several times as much.
+void Followed::call_effects() {
+  if (std::none_of(search.states.begin(), search.states.end(), [&](const EffectState& s) { return !s.on && search.decides(s); })) return;
+  const double start = cpu_seconds();
+  SimulateOptions o = *t.options;
+  o.tolerance = 10.0 * setting.tolerance;
+  o.accuracy.reset();
+  o.estimate_error = false;
+  o.method = search.method;
+  o.progress = [&](double) {
+    if (cpu_seconds() > search.until) throw SearchSpent{};
+    if (cpu_seconds() - start > limit) throw TooDear{};
+  };
+  try {
+    if (search.adopt(run_judged(search.with_half(setting), o, t.accuracy, false).effects)) list = search.refinements(setting);
+  } catch (const TooDear&) {
+  } catch (const SimulationError&) {
+    // The run itself says what there is to say.
+  }
+  search.cpu += cpu_seconds() - start;
+}
 
 // The run as a result, with what its motion says of effects; those that it asks for are on from then on.
 std::optional<Histories> Followed::run_whole() {
@@ -298,6 +321,7 @@ std::optional<Finished> finish_followed(Task& t, double limit) {
   double lacking = 10.0 * t.accuracy;  // of space
   Finished last;                       // judged
   try {
+    if (t.straight) f.call_effects();
     f.here = f.run_here();
     for (int round = 0; f.here; ++round) {
       // While modes lack, time need not be better than they are.

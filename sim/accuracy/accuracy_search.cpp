@@ -133,6 +133,17 @@ void Search::keep(const Resolvable& body, int modes, int more, BeamDef& beam) co
   if (body.stretches || body.twists) beam.elements = std::max(beam.elements, elements_for_modes(stiff));
 }
 
+Scene Search::with_half(const Setting& setting) const {
+  Scene out = at(setting);
+  for (const Resolvable& r : bodies_) {
+    BeamDef& beam = std::get<BeamDef>(out.bodies[r.body].kind);
+    if (!beam.keep_modes || *beam.keep_modes < 2) continue;
+    const auto more = more_.find(r.body);
+    keep(r, (*beam.keep_modes + 1) / 2, more == more_.end() ? 0 : more->second, beam);
+  }
+  return out;
+}
+
 Scene Search::finer_than(const Setting& setting) const {
   const Scene here = at(setting);
   Scene next = at({setting.level + 1, setting.tolerance});

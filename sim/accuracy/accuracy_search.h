@@ -51,6 +51,8 @@ class Search {
   bool chooses(size_t body) const;
   const Scene& scene() const { return scene_; }
   Scene at(const Setting& setting) const;
+  // The setting with half of the modes of bending.
+  Scene with_half(const Setting& setting) const;
   // The next level, with two modes more at least in every flexible body than this one has: what the run's own resolution is judged by.
   Scene finer_than(const Setting& setting) const;
   // From now on no fewer modes than these.
