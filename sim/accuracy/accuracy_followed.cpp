@@ -63,7 +63,8 @@ struct Followed {
   bool refine();
 };
 
-// Effects that the vibrations ask for, by a loose run with half of the modes: the run itself, made for nothing, costs several times as much.
+// Effects that the vibrations ask for, by a loose run with half of the modes: the run itself, made for nothing, costs several times as
+// much.
 void Followed::call_effects() {
   if (std::none_of(search.states.begin(), search.states.end(), [&](const EffectState& s) { return !s.on && search.decides(s); })) return;
   const double start = cpu_seconds();

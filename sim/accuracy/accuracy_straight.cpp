@@ -24,6 +24,8 @@ constexpr double share_of_time = 0.5, share_of_space = 0.5, share_of_effects = 0
 constexpr double elastic_margin = 5.0;
 // What an event shifts can be worth a multiple of what is told along the motion (run_scene.cpp).
 constexpr double may_shift_events = 5e-4;
+// Vibrations that lost so much, of the range of an output, come back only at tolerances that cost more than following them does.
+constexpr double mostly_lost = 0.2;
 // A run as it is written is not waited for longer, CPU s.
 constexpr double longest = 120.0;
 // CPU s for all of its runs, by what the first one takes: a decade of tolerance costs two to three times as much, and each run is judged by
@@ -149,7 +151,7 @@ Straight::Verdict Straight::judge_time() {
   if (needed <= 1.0) return Verdict::kept;
   step_ = std::clamp(std::pow(needed, -1.0 / cautious_order), 1e-2, 0.1);
   const bool vibrates = t_.search.undamped && t_.search.has_levels() && !follows_vibrations(t_.options->method);
-  if (needed > 30.0 && vibrates) return Verdict::follow;
+  if (vibrates && (needed > 30.0 || lost > mostly_lost)) return Verdict::follow;
   return needed > 1000.0 ? Verdict::lost : Verdict::tighter;
 }
 
