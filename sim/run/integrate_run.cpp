@@ -454,13 +454,16 @@ double MotionRun::pace_of(Method other, double end) {
 
 // The method that goes far better from here than the present one does, if one is.
 Method MotionRun::better_method(double now, double end) {
+  // Where everything fast decays BDF errs less than the Runge-Kutta method that goes as far (a struck damper: 1.4e-4 instead of 1.1e-3).
+  constexpr double preferred = 2.0;
+  const double least = worth_changing * review.pace();
   Method best = method;
-  double pace = worth_changing * review.pace();
+  double pace = least;
   std::vector<Method> others;
   if (method != Method::dirk) others.push_back(Method::dirk);
   if (method != Method::bdf && find_fastest(system, now, y).decays) others.push_back(Method::bdf);
   for (const Method other : others)
-    if (const double p = pace_of(other, end); p > pace) best = other, pace = p;
+    if (const double p = pace_of(other, end); p > least && (other == Method::bdf ? preferred : 1.0) * p > pace) best = other, pace = p;
   return best;
 }
 

@@ -15,25 +15,42 @@ int parts_of_stretch(size_t points) { return std::clamp<int>(static_cast<int>(20
 
 std::vector<CubicTable> splines(const std::vector<double>& u, const std::vector<Vec3>& points, std::optional<double> period) {
   std::vector<CubicTable> out;
+  out.reserve(3);
   for (int k = 0; k < 3; ++k) {
     std::vector<double> y;
+    y.reserve(points.size());
     for (const Vec3& p : points) y.push_back(p[k]);
     out.emplace_back(u, std::move(y), period);
   }
   return out;
 }
 
-Vec3 slope(const std::vector<CubicTable>& xyz, double u) { return {xyz[0].jet(u).rate, xyz[1].jet(u).rate, xyz[2].jet(u).rate}; }
 Vec3 place(const std::vector<CubicTable>& xyz, double u) { return {xyz[0].value(u), xyz[1].value(u), xyz[2].value(u)}; }
 
-// Length from u to v, by Gauss' rule of five points.
-double arc(const std::vector<CubicTable>& xyz, double u, double v) {
-  constexpr std::array<double, 5> at{-0.906179845938664, -0.538469310105683, 0.0, 0.538469310105683, 0.906179845938664};
-  constexpr std::array<double, 5> weight{0.236926885056189, 0.478628670499366, 0.568888888888889, 0.478628670499366, 0.236926885056189};
-  double sum = 0.0;
-  for (size_t g = 0; g < at.size(); ++g) sum += weight[g] * slope(xyz, 0.5 * (u + v) + 0.5 * (v - u) * at[g]).norm();
-  return 0.5 * (v - u) * sum;
-}
+// Slope of a spline between two of its points, a parabola: its values at both ends and in the middle are all of it.
+struct SlopeBetween {
+  Vec3 begin, linear, square;
+  double width;  // of the parameter
+  SlopeBetween(const std::vector<CubicTable>& xyz, double u, double v) : width(v - u) {
+    for (int k = 0; k < 3; ++k) {
+      const double a = xyz[k].jet(u).rate, middle = xyz[k].jet(0.5 * (u + v)).rate, b = xyz[k].jet(v).rate;
+      begin[k] = a;
+      square[k] = 2.0 * (a - 2.0 * middle + b);
+      linear[k] = b - a - square[k];
+    }
+  }
+  // Length between two shares of the stretch, by Gauss' rule of five points.
+  double arc(double from, double to) const {
+    constexpr std::array<double, 5> at{-0.906179845938664, -0.538469310105683, 0.0, 0.538469310105683, 0.906179845938664};
+    constexpr std::array<double, 5> weight{0.236926885056189, 0.478628670499366, 0.568888888888889, 0.478628670499366, 0.236926885056189};
+    double sum = 0.0;
+    for (size_t g = 0; g < at.size(); ++g) {
+      const double share = 0.5 * (from + to) + 0.5 * (to - from) * at[g];
+      sum += weight[g] * (begin + share * (linear + share * square)).norm();
+    }
+    return 0.5 * (to - from) * width * sum;
+  }
+};
 
 }  // namespace
 
@@ -54,12 +71,14 @@ SpaceCurve::SpaceCurve(const std::vector<Vec3>& points, bool closed) : closed_(c
   const int parts = parts_of_stretch(n);
   s_ = {0.0};
   samples_ = {points.front()};
-  for (size_t i = 0; i + 1 < u.size(); ++i)
+  for (size_t i = 0; i + 1 < u.size(); ++i) {
+    const SlopeBetween slope(through, u[i], u[i + 1]);
     for (int k = 0; k < parts; ++k) {
-      const double from = u[i] + (u[i + 1] - u[i]) * k / parts, to = u[i] + (u[i + 1] - u[i]) * (k + 1) / parts;
-      s_.push_back(s_.back() + arc(through, from, to));
+      const double to = u[i] + (u[i + 1] - u[i]) * (k + 1) / parts;
+      s_.push_back(s_.back() + slope.arc(static_cast<double>(k) / parts, (k + 1.0) / parts));
       samples_.push_back(closed && i + 2 == u.size() && k + 1 == parts ? points.front() : place(through, to));
     }
+  }
   length_ = s_.back();
   xyz_ = splines(s_, samples_, closed ? std::optional<double>(length_) : std::nullopt);
 }

@@ -22,6 +22,21 @@ std::vector<double> solve_tridiagonal(const std::vector<double>& lower, std::vec
   return rhs;
 }
 
+// The interval of ascending values in which x lies, from x.front() to x.back(). Values are spaced evenly as a rule: looked for beside where
+// that puts x, a few steps, before the whole is halved again and again.
+size_t interval_of(const std::vector<double>& values, double x) {
+  const size_t last = values.size() - 2;
+  const double share = (x - values.front()) / (values.back() - values.front());
+  size_t i = share > 0.0 ? std::min(last, static_cast<size_t>(share * static_cast<double>(last + 1))) : 0;
+  for (int steps = 0; steps < 8; ++steps) {
+    if (i > 0 && x < values[i]) --i;
+    else if (i < last && !(x < values[i + 1])) ++i;
+    else return i;
+  }
+  const auto after = static_cast<size_t>(std::upper_bound(values.begin(), values.end(), x) - values.begin());
+  return std::clamp<size_t>(after, 1, last + 1) - 1;
+}
+
 }  // namespace
 
 CubicTable::CubicTable(std::vector<double> x, std::vector<double> y, std::optional<double> period)
@@ -101,7 +116,7 @@ TimeJet CubicTable::jet(double x) const {
   } else if (x < x_.front() || x > x_.back()) {
     return {x < x_.front() ? y_.front() : y_.back(), 0.0, 0.0};
   }
-  const size_t i = std::clamp<size_t>(static_cast<size_t>(std::upper_bound(x_.begin(), x_.end(), x) - x_.begin()), 1, x_.size() - 1) - 1;
+  const size_t i = interval_of(x_, x);
   const double h = x_[i + 1] - x_[i], a = x_[i + 1] - x, b = x - x_[i];
   const double slope = (y_[i + 1] - y_[i]) / h;
   TimeJet out;

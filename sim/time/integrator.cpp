@@ -49,7 +49,7 @@ SUNLinearSolver direct_solver(SUNContext context) {
 
 // Newton's matrix 1 - g J of mechanical equations, solved for the rates alone:
 //   (1 - g B - g^2 A) dw = b_w + g A P b_q,   dq = b_q + g T dw,   the rest unchanged.
-// Where A and B follow from blocks of mass, stiffness and damping but for a few columns, (M + g D + g^2 K) is factorised instead and the
+// Where A and B follow from pieces of mass, stiffness and damping but for a few columns, (M + g D + g^2 K) is factorised instead and the
 // columns beside are put in by the formula of Woodbury: neither M^-1 K nor a factorisation without symmetry is needed.
 struct MechanicalSolver {
   MechanicalJacobian jacobian;
@@ -58,29 +58,29 @@ struct MechanicalSolver {
   MatX matrix;                            // its factors
   std::vector<int> order;
   struct Factor {
-    MatX L;                  // of a block; what rounding or a negative stiffness leaves without a root:
+    MatX L;                  // of a piece; what rounding or a negative stiffness leaves without a root:
     std::vector<int> order;  // the factors with row exchanges, else empty
   };
   std::vector<Factor> factors;
-  MatX beside, closing;  // the blocks' matrix solved for the columns beside; inverse of what they leave of theirs
+  MatX beside, closing;  // the pieces' matrix solved for the columns beside; inverse of what they leave of theirs
   VecX direction, product, rhs, rates;
 
   int setup(SUNMatrix) { return factorise(); }
   int factorise() {
-    if (!jacobian.blocks.empty()) return factorise_blocks();
+    if (!jacobian.pieces.empty()) return factorise_pieces();
     matrix = -gamma * jacobian.B - gamma * gamma * jacobian.A;
     matrix.diagonal().array() += 1.0;
     return sim::factorise(matrix, order) > 0.0 ? 0 : 1;
   }
 
-  int factorise_blocks() {
-    factors.resize(jacobian.blocks.size());
+  int factorise_pieces() {
+    factors.resize(jacobian.pieces.size());
     for (size_t i = 0; i < factors.size(); ++i) {
-      const MechanicalJacobian::Block& block = jacobian.blocks[i];
-      matrix = block.mass;
-      if (block.stiffness.size() > 0) matrix += gamma * gamma * block.stiffness;
-      else matrix.diagonal() += gamma * gamma * block.diagonal;
-      if (block.damping.size() > 0) matrix += gamma * block.damping;
+      const MechanicalJacobian::Piece& piece = jacobian.pieces[i];
+      matrix = piece.mass;
+      if (piece.stiffness.size() > 0) matrix += gamma * gamma * piece.stiffness;
+      else matrix.diagonal() += gamma * gamma * piece.diagonal;
+      if (piece.damping.size() > 0) matrix += gamma * piece.damping;
       factors[i].order.clear();
       if (cholesky(matrix, factors[i].L)) continue;
       factors[i].L = matrix;
@@ -92,7 +92,7 @@ struct MechanicalSolver {
     for (Eigen::Index j = 0; j < m; ++j) {
       const int at = jacobian.beside[static_cast<size_t>(j)];
       rates = -gamma * jacobian.B.col(at) - gamma * gamma * jacobian.A.col(at);
-      solve_blocks(nullptr);
+      solve_pieces(nullptr);
       beside.col(j) = rates;
       for (Eigen::Index i = 0; i < m; ++i) closing(i, j) = (i == j ? 1.0 : 0.0) + rates[jacobian.beside[static_cast<size_t>(i)]];
     }
@@ -100,18 +100,18 @@ struct MechanicalSolver {
   }
 
   // rates = (M + g D + g^2 K)^-1 (M rates - g K p), p may be null.
-  void solve_blocks(const double* p) {
+  void solve_pieces(const double* p) {
     for (size_t i = 0; i < factors.size(); ++i) {
-      const MechanicalJacobian::Block& block = jacobian.blocks[i];
-      const Eigen::Index n = block.mass.rows();
-      double* const x = rates.data() + block.first;
+      const MechanicalJacobian::Piece& piece = jacobian.pieces[i];
+      const Eigen::Index n = piece.mass.rows();
+      double* const x = rates.data() + piece.first;
       rhs.resize(n);
-      multiply(block.mass, x, rhs.data());
-      if (p && block.stiffness.size() == 0) {
-        rhs.array() -= gamma * block.diagonal.array() * Eigen::Map<const VecX>(p + block.first, n).array();
+      multiply(piece.mass, x, rhs.data());
+      if (p && piece.stiffness.size() == 0) {
+        rhs.array() -= gamma * piece.diagonal.array() * Eigen::Map<const VecX>(p + piece.first, n).array();
       } else if (p) {
         product.resize(n);
-        multiply(block.stiffness, p + block.first, product.data());
+        multiply(piece.stiffness, p + piece.first, product.data());
         rhs -= gamma * product;
       }
       if (factors[i].order.empty()) {
@@ -125,19 +125,22 @@ struct MechanicalSolver {
 
   // rates: b_w on entry.
   void solve_rates() {
-    if (jacobian.blocks.empty()) {
+    if (jacobian.pieces.empty()) {
       product.resize(rates.size());
       multiply(jacobian.A, direction.data(), product.data());
       rhs = rates + gamma * product;
       return sim::solve(matrix, order, rhs.data(), rates.data());
     }
     for (const int j : jacobian.beside) rates += (gamma * direction[j]) * jacobian.A.col(j);
-    solve_blocks(direction.data());
+    solve_pieces(direction.data());
     const Eigen::Index m = beside.cols();
     if (m == 0) return;
     rhs.resize(m);
     for (Eigen::Index j = 0; j < m; ++j) rhs[j] = rates[jacobian.beside[static_cast<size_t>(j)]];
-    for (Eigen::Index j = 0; j < m; ++j) rates -= closing.row(j).dot(rhs) * beside.col(j);
+    // What the columns beside belong to themselves, so that a joint much stiffer than the rest keeps its digits.
+    product.noalias() = closing * rhs;
+    rates.noalias() -= beside * product;
+    for (Eigen::Index j = 0; j < m; ++j) rates[jacobian.beside[static_cast<size_t>(j)]] = product[j];
   }
 
   void solve(const double* b, double* x, Eigen::Index size) {

@@ -38,7 +38,7 @@ struct SparseEntries {
 struct MechanicalJacobian {
   // Rates `first` and the following: M w' = -K p - D w besides what else acts on them, p the change of q. All symmetric and whole. Of a
   // stiffness that is nothing but its diagonal that alone, the matrix empty; damping empty where there is none.
-  struct Block {
+  struct Piece {
     Eigen::Index first = 0;
     MatX mass, stiffness, damping;
     VecX diagonal;
@@ -46,7 +46,7 @@ struct MechanicalJacobian {
   MatX A, B;
   SparseEntries T, P;
   // Where there are any they cover all rates, and of A and B only the columns `beside` are there.
-  std::vector<Block> blocks;
+  std::vector<Piece> pieces;
   std::vector<int> beside;
 };
 

@@ -207,54 +207,55 @@ void update_closed_columns(const System& system, const std::vector<Direction>& a
   }
 }
 
-// The n rates of a block.
-void set_stiffness(const Model& model, const std::vector<Direction>& all, Eigen::Index n, MechanicalJacobian::Block& block) {
-  block.stiffness.setZero(n, n);
-  block.damping.resize(0, 0);
+// The n rates of a piece.
+void set_stiffness(const Model& model, const std::vector<Direction>& all, Eigen::Index n, MechanicalJacobian::Piece& piece) {
+  piece.stiffness.setZero(n, n);
+  piece.damping.resize(0, 0);
   for (Eigen::Index c = 0; c < n; ++c)
     for (Eigen::Index r = 0; r < n; ++r) {
-      const Direction &a = all[static_cast<size_t>(block.first + r)], &b = all[static_cast<size_t>(block.first + c)];
+      const Direction &a = all[static_cast<size_t>(piece.first + r)], &b = all[static_cast<size_t>(piece.first + c)];
       if (a.elastic < 0 || b.elastic < 0 || a.part != b.part) continue;
       const FlexibleBody& body = model.parts[a.part].body;
-      block.stiffness(r, c) = body.Ke(a.elastic, b.elastic);
+      piece.stiffness(r, c) = body.Ke(a.elastic, b.elastic);
       if (body.De.size() == 0) continue;
-      if (block.damping.size() == 0) block.damping.setZero(n, n);
-      block.damping(r, c) = body.De(a.elastic, b.elastic);
+      if (piece.damping.size() == 0) piece.damping.setZero(n, n);
+      piece.damping(r, c) = body.De(a.elastic, b.elastic);
     }
-  block.diagonal = block.stiffness.diagonal();
-  if (block.stiffness.isDiagonal(0.0)) block.stiffness.resize(0, 0);
+  piece.diagonal = piece.stiffness.diagonal();
+  if (piece.stiffness.isDiagonal(0.0)) piece.stiffness.resize(0, 0);
 }
 
-// The same as blocks, one a cluster.
-void update_blocks(const System& system, const std::vector<Direction>& all, MechanicalJacobian& out) {
+// The same as pieces, one a cluster.
+void update_pieces(const System& system, const std::vector<Direction>& all, MechanicalJacobian& out) {
   const Model& model = system.model;
   static thread_local std::vector<int> beside;
   beside.clear();
   for (size_t k = 0; k < all.size(); ++k)
     if (all[k].elastic < 0) beside.push_back(static_cast<int>(k));
   // Every elastic rate is independent, part by part: where joints stand tells where these do.
-  bool same = !out.blocks.empty() && beside == out.beside;
+  bool same = !out.pieces.empty() && beside == out.beside;
   out.beside = beside;
   size_t used = 0;
   Eigen::Index first = 0;
   for (const ClusterWork& cw : system.work.clusters) {
     const Eigen::Index ni = static_cast<Eigen::Index>(cw.partition.ind.size());
     if (ni == 0) continue;
-    if (out.blocks.size() == used) out.blocks.emplace_back(), same = false;
-    MechanicalJacobian::Block& block = out.blocks[used++];
-    same = same && block.first == first && block.diagonal.size() == ni;
-    block.first = first;
-    reduced_mass(cw, block.mass);
-    if (!same) set_stiffness(model, all, ni, block);
+    if (out.pieces.size() == used) out.pieces.emplace_back(), same = false;
+    MechanicalJacobian::Piece& piece = out.pieces[used++];
+    same = same && piece.first == first && piece.diagonal.size() == ni;
+    piece.first = first;
+    reduced_mass(cw, piece.mass);
+    if (!same) set_stiffness(model, all, ni, piece);
     first += ni;
   }
-  out.blocks.resize(used);
+  out.pieces.resize(used);
 }
 
-// Of a system whose matrix is known in closed form.
-bool few_joints(const std::vector<Direction>& all) {
-  return std::count_if(all.begin(), all.end(), [](const Direction& d) { return d.elastic < 0; }) <= 3;
+std::ptrdiff_t joint_count(const std::vector<Direction>& all) {
+  return std::count_if(all.begin(), all.end(), [](const Direction& d) { return d.elastic < 0; });
 }
+// Of a system whose matrix is known in closed form.
+bool few_joints(const std::vector<Direction>& all) { return joint_count(all) <= 3; }
 
 }  // namespace
 
@@ -277,10 +278,10 @@ void update_newton_matrix(System& system, double t, const double* y, const doubl
     out.B.setZero(nw, nw);
   }
   // What turns without inertia has one lent to it in the factors alone.
-  if (cheap && !system.work.idle) {
-    update_blocks(system, all, out);
+  if (cheap && joint_count(all) < nw && !system.work.idle) {
+    update_pieces(system, all, out);
   } else {
-    out.blocks.clear();
+    out.pieces.clear();
     if (known) update_closed_columns(system, all, out);
   }
   if (!fresh && !cheap) return;

@@ -293,17 +293,17 @@ TEST(NewtonMatrix, IsTheDerivative) {
     update_newton_matrix(system, 0.0, y.data(), nullptr, true, j);
     const int nq = system.model.nq, nw = static_cast<int>(j.A.rows());
     const MatX P = j.P.dense(), T = j.T.dense();
-    // What blocks of mass and stiffness stand for: columns of A are -M^-1 K, of B -M^-1 D.
-    EXPECT_EQ(j.blocks.empty(), text == spherical);
-    std::vector<char> by_blocks(static_cast<size_t>(nw), j.blocks.empty() ? 0 : 1);
-    for (const int k : j.beside) by_blocks[static_cast<size_t>(k)] = 0;
-    for (const MechanicalJacobian::Block& block : j.blocks) {
-      const Eigen::Index n = block.mass.rows();
-      EXPECT_EQ((block.mass - block.mass.transpose()).cwiseAbs().maxCoeff(), 0.0);
-      const MatX K = block.stiffness.size() > 0 ? block.stiffness : MatX(block.diagonal.asDiagonal());
-      const MatX A = -block.mass.ldlt().solve(K);
+    // What pieces of mass and stiffness stand for: columns of A are -M^-1 K, of B -M^-1 D.
+    EXPECT_EQ(j.pieces.empty(), text == spherical);
+    std::vector<char> by_pieces(static_cast<size_t>(nw), j.pieces.empty() ? 0 : 1);
+    for (const int k : j.beside) by_pieces[static_cast<size_t>(k)] = 0;
+    for (const MechanicalJacobian::Piece& piece : j.pieces) {
+      const Eigen::Index n = piece.mass.rows();
+      EXPECT_EQ((piece.mass - piece.mass.transpose()).cwiseAbs().maxCoeff(), 0.0);
+      const MatX K = piece.stiffness.size() > 0 ? piece.stiffness : MatX(piece.diagonal.asDiagonal());
+      const MatX A = -piece.mass.ldlt().solve(K);
       for (Eigen::Index k = 0; k < n; ++k)
-        if (by_blocks[static_cast<size_t>(block.first + k)]) j.A.col(block.first + k).segment(block.first, n) = A.col(k);
+        if (by_pieces[static_cast<size_t>(piece.first + k)]) j.A.col(piece.first + k).segment(piece.first, n) = A.col(k);
     }
     EXPECT_LE((P * T - MatX::Identity(nw, nw)).cwiseAbs().maxCoeff(), 1e-12);
     EXPECT_LE((T * y.segment(nq, nw) - rate.head(nq)).cwiseAbs().maxCoeff(), 1e-12 * (1.0 + rate.head(nq).cwiseAbs().maxCoeff()));
