@@ -169,9 +169,10 @@ struct Joints {
 };
 struct Scratch {
   std::vector<Reach> reach;
-  std::vector<RowsOf> rows;   // per part
-  std::vector<int> joint_of;  // per part the first of its rates among those of joints
-  std::vector<int> dep;       // of the dependent rates the same
+  std::vector<RowsOf> rows;     // per part
+  std::vector<int> joint_of;    // per part the first of its rates among those of joints
+  std::vector<int> first_mode;  // and of its modes among the independent rates
+  std::vector<int> dep;         // of the dependent rates the same
   std::vector<std::vector<double>> room;
   size_t taken = 0;
   double S[most][most];
@@ -197,15 +198,18 @@ struct Solver {
   const Part& part(size_t at) const { return model.parts[c.parts[at]]; }
   PartMotion<Plane>& motion(size_t at) const { return work.parts[c.parts[at]]; }
   size_t place(int of) const { return static_cast<size_t>(std::find(c.parts.begin(), c.parts.end(), of) - c.parts.begin()); }
-  int first_independent(size_t at) const {
-    const int rate = part(at).ev0 - c.v0;
-    return static_cast<int>(std::lower_bound(cw.partition.ind.begin(), cw.partition.ind.end(), rate) - cw.partition.ind.begin());
-  }
+  // Of its modes, among the independent rates.
+  int first_independent(size_t at) const { return s.first_mode[at]; }
 
   void list_joints() {
     s.joint_of.clear();
+    s.first_mode.clear();
     joint_rates = 0;
-    for (size_t at = 0; at < c.parts.size(); ++at) s.joint_of.push_back(joint_rates), joint_rates += part(at).joint.nv;
+    const std::vector<int>& ind = cw.partition.ind;
+    for (size_t at = 0; at < c.parts.size(); ++at) {
+      s.joint_of.push_back(joint_rates), joint_rates += part(at).joint.nv;
+      s.first_mode.push_back(static_cast<int>(std::lower_bound(ind.begin(), ind.end(), part(at).ev0 - c.v0) - ind.begin()));
+    }
     s.dep.clear();
     for (const int rate : cw.partition.dep)
       for (size_t at = 0; at < c.parts.size(); ++at)
