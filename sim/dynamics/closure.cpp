@@ -901,11 +901,14 @@ double partition_growth(const Model& model, int cluster, const Work& work) {
     return k < 0 ? elastic_reach(model.parts[part], c.v0 + rate - model.parts[part].ev0, c.size) : 0.0;
   };
   double growth = 0.0;
+  static thread_local std::vector<double> scale;  // of the dependent rates: this runs after every step
+  scale.clear();
+  for (const int rate : cw.partition.dep) scale.push_back(rate_scale(model, cluster, rate));
   for (size_t i = 0; i < cw.partition.ind.size(); ++i) {
     const double joint = rate_scale(model, cluster, cw.partition.ind[i]);
     const double elastic = joint == 0.0 ? elastic_scale(cw.partition.ind[i]) : 0.0;
     for (size_t d = 0; d < cw.partition.dep.size(); ++d) {
-      const double ratio = std::abs(cw.E(d, i)), sd = rate_scale(model, cluster, cw.partition.dep[d]);
+      const double ratio = std::abs(cw.E(d, i)), sd = scale[d];
       if (sd > 0.0 && joint > 0.0) growth = std::max(growth, ratio * sd / joint);
       // A joint that follows a deformation counts beside its dead point only: there the deformation is to follow the joint.
       if (sd > 0.0 && elastic > 0.0) growth = std::max(growth, ratio * sd / elastic * (largest_growth / beside_dead_point));
