@@ -90,5 +90,20 @@ TEST(Table, DrivesByACoordinate) {
   for (Eigen::Index i = 0; i < r.times.size(); ++i) EXPECT_NEAR(r.outputs[0].values[i], 0.4 * std::cos(std::sqrt(4.5) * r.times[i]), 1e-7);
 }
 
+// A cubic is met exactly by its spline, wherever its points lie: the interval of an argument is found among very uneven ones too.
+TEST(Table, FindsItsPlaceAmongUnevenPoints) {
+  const auto cubic = [](double x) { return 2.0 + x * (0.5 + x * (-3.0 + 0.25 * x)); };
+  std::vector<double> x{-1.0}, y;
+  for (double step = 1e-4; x.size() < 40; step *= 1.3) x.push_back(x.back() + step);
+  for (int k = 0; k < 30; ++k) x.push_back(x.back() + 1e-3);
+  for (const double at : x) y.push_back(cubic(at));
+  const CubicTable table(x, y, std::nullopt);
+  for (size_t i = 0; i + 1 < x.size(); ++i)
+    for (const double share : {0.0, 0.3, 0.99, 1.0}) {
+      const double at = x[i] + share * (x[i + 1] - x[i]);
+      EXPECT_NEAR(table.value(at), cubic(at), 1e-10 * std::abs(cubic(at)) + 1e-12) << i << " " << share;
+    }
+}
+
 }  // namespace
 }  // namespace flexframe::sim
