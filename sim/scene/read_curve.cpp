@@ -18,6 +18,9 @@ namespace {
 // more: beyond so much of a turn (rad) from point to point, on more than so large a share of it (corners stay what they are), the spline's
 // bend would be off by more than 1e-4.
 constexpr int points_of_expressions = 400, most_points_of_expressions = 25600;
+// Of the axis of a beam: a spline's tangent at its ends errs by the cube of the distance of its points, 9e-8 rad after half a circle of 400
+// points, and a ring of two halves would stay open by twice that.
+constexpr int points_of_axes = 4000;
 constexpr double turn_of_points = 0.03, share_of_corners = 0.02;
 
 using Place = std::function<Vec3(double)>;
@@ -46,7 +49,8 @@ std::vector<Vec3> given_points(const TableReader& reader) {
   return out;
 }
 
-std::vector<Vec3> computed_points(const TableReader& reader, bool closed) {
+// n: steps from one end to the other, or more.
+std::vector<Vec3> computed_points(const TableReader& reader, bool closed, int n) {
   // u is whatever the expressions make of it: an angle, a way.
   const double from = reader.number("from", 0.0, any_number.in("*")), to = reader.number("to", 1.0, any_number.in("*"));
   if (!(to > from)) reader.fail("to", fmt::format("must be greater than 'from', {}; found {}", from, to));
@@ -69,7 +73,6 @@ std::vector<Vec3> computed_points(const TableReader& reader, bool closed) {
     }
   }
   const Place place = [&](double u) { return Vec3(xyz[0](u), xyz[1](u), xyz[2](u)); };
-  int n = points_of_expressions;
   while (n < most_points_of_expressions && !follows(place, from, to, n)) n *= 2;
   std::vector<Vec3> out;
   for (int i = 0; i <= n; ++i) out.push_back(place(from + (to - from) * i / n));
@@ -94,8 +97,9 @@ std::shared_ptr<const SpaceCurve> read_curve(const TableReader& outer, std::stri
     reader.allow({"points", "x", "y", "z", "from", "to", "closed"});
     reader.fail("needs 'points', rows of x, y, z (m), or 'x', 'y', 'z', expressions of u");
   }
+  const int n = key == "axis" ? points_of_axes : points_of_expressions;
   try {
-    return std::make_shared<const SpaceCurve>(points ? given_points(reader) : computed_points(reader, closed), closed);
+    return std::make_shared<const SpaceCurve>(points ? given_points(reader) : computed_points(reader, closed, n), closed);
   } catch (const InputError& error) {
     // Messages of the keys themselves have file and line already.
     const std::string what = error.what();

@@ -26,6 +26,7 @@ sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).p
 import plain_bodies  # noqa: E402
 import plain_effects  # noqa: E402
 import plain_events  # noqa: E402
+import plain_fifth  # noqa: E402
 import plain_fourth  # noqa: E402
 import plain_new  # noqa: E402
 import plain_scales  # noqa: E402
@@ -35,7 +36,18 @@ import plain_states  # noqa: E402
 from plain_case import CASES, Modes  # noqa: E402
 from run_trust import Program, compare, replace_table  # noqa: E402
 
-MODULES = (plain_effects, plain_events, plain_scales, plain_states, plain_bodies, plain_new, plain_second, plain_third, plain_fourth)
+MODULES = (
+    plain_effects,
+    plain_events,
+    plain_scales,
+    plain_states,
+    plain_bodies,
+    plain_new,
+    plain_second,
+    plain_third,
+    plain_fourth,
+    plain_fifth,
+)
 BAD = ("silent", "slow", "broken", "not refused")
 
 
