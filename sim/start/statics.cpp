@@ -32,6 +32,9 @@ struct Found {
   int worst = 0;         // the direction with the largest force left
 };
 
+// Of the stiffest direction.
+constexpr double rounding_of_stiffness = 1e-12;
+
 // One search at the present share of the loads.
 Found search(StaticProblem& p, const Sought& what, Way way, StaticSolution& out) {
   Found found;
@@ -54,17 +57,18 @@ Found search(StaticProblem& p, const Sought& what, Way way, StaticSolution& out)
     const double stiffest = std::max(S.diagonal().cwiseAbs().maxCoeff(), p.rest.scale / p.model.size);
     for (int attempt = 0; way == Way::downhill && attempt < 60; ++attempt) {
       if (Cholesky(S + damping * MatX::Identity(n, n)).info() == Eigen::Success) break;
-      found.crossed = true;
-      damping = std::max(10.0 * damping, 1e-12 * stiffest);
+      damping = std::max(10.0 * damping, rounding_of_stiffness * stiffest);
+      // What turns freely has no stiffness but its rounding, of either sign.
+      found.crossed = found.crossed || damping > 2.0 * rounding_of_stiffness * stiffest;
     }
     const MatX tangent = K + damping * MatX::Identity(n, n);
     const VecX x = solve_square(tangent, f);
     if (!x.allFinite()) return found;
     const double longest = x.cwiseAbs().maxCoeff(&found.worst);
     // The last step no longer mends anything: rounding of the forces, or of places where a stiff body resists them (fifty roundings of the
-    // size).
+    // size). What turns freely goes on by rounding alone.
     const double rounding = std::max(1e-8 * p.rest.scale, 1e-14 * p.model.size * stiffest);
-    if (damping <= 1e-9 * stiffest && longest <= 1e-11 * p.model.size && out.residual <= rounding) {
+    if (damping <= 1e-9 * stiffest && longest <= 1e-9 * p.model.size && out.residual <= rounding) {
       found.rest = last >= 0.0 && out.residual >= 0.5 * last;
       if (found.rest) return found;
       last = out.residual;

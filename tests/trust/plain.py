@@ -31,6 +31,7 @@ import plain_fourth  # noqa: E402
 import plain_new  # noqa: E402
 import plain_scales  # noqa: E402
 import plain_second  # noqa: E402
+import plain_sixth  # noqa: E402
 import plain_third  # noqa: E402
 import plain_states  # noqa: E402
 from plain_case import CASES, Modes  # noqa: E402
@@ -47,6 +48,7 @@ MODULES = (
     plain_third,
     plain_fourth,
     plain_fifth,
+    plain_sixth,
 )
 BAD = ("silent", "slow", "broken", "not refused")
 

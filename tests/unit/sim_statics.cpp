@@ -325,4 +325,34 @@ TEST(Statics, WhatHoldsAtTimeZero) {
 }
 
 }  // namespace
+// Two beams that cross, one clamped and one on a universal joint and a ball: it turns freely about its axis, where its stiffness is
+// rounding of either sign. That was taken for a way over unstable states, and the loads were raised in hundreds of steps (90 CPU s).
+TEST(Statics, WhatTurnsFreelyIsNoBuckling) {
+  const double L = 1.0, d = 0.02, F = 50.0;
+  const auto bar = [&](const std::string& name) {
+    return fmt::format(
+        "[[body]]\nname = \"{0}\"\nkind = \"beam\"\nlength = {1}\nsection = {{ shape = \"circle\", diameter = {2} }}\nmaterial = {{ "
+        "density = "
+        "7850, youngs_modulus = 2.1e11, poisson = 0.3 }}\nframes = {{ middle = 0.5 }}\n[[body]]\nname = \"{0}s\"\nkind = \"rigid\"\nmass = "
+        "0.01\ninertia = [1e-6, 1e-6, 1e-6]\n",
+        name, L, d);
+  };
+  const std::string turned = "rotation = [0, 1.5707963267948966, 0]\n";
+  const System s = make_system(
+      parse_scene(head(1, "[0, 0, 0]", "start = \"static\"") + bar("one") + bar("two") +
+                      joint("a", "weld", "ground", "one", "position = [-0.5, 0, 0]\n") +
+                      joint("p", "prismatic", "ground", "ones", "position = [0.5, 0, 0]\naxis = [1, 0, 0]\n") +
+                      joint("b", "weld", "ones", "one.tip", "") +
+                      joint("twoa", "universal", "ground", "two", "position = [0, 0, 0.5]\naxis = [0, 0, 1]\n" + turned) +
+                      joint("twop", "prismatic", "ground", "twos", "position = [0, 0, -0.5]\naxis = [1, 0, 0]\n" + turned) +
+                      joint("twob", "spherical", "twos", "two.tip", "") + joint("cross", "spherical", "one.middle", "two.middle", "") +
+                      fmt::format("[[force]]\nkind = \"force\"\non = \"one.middle\"\ndirection = [0, -1, 0]\nvalue = {}\n", F) +
+                      output("middle", "one.middle", "position"),
+                  "crossed.toml"));
+  int steps = 1000;
+  for (const std::string& note : s.notes.texts(Severity::note))
+    if (std::sscanf(note.c_str(), "static equilibrium: %d Newton steps", &steps) == 1)
+      EXPECT_EQ(note.find("load steps"), std::string::npos);
+  EXPECT_LE(steps, 20);
+}
 }  // namespace flexframe::sim
