@@ -1,4 +1,4 @@
-"""Elastic parts as machine builders use them: flexures, shafts that spin under their weight, stayed beams, crossed beams."""
+"""Elastic parts as machine builders use them: flexures, stayed beams, crossed beams."""
 import math
 
 import numpy as np
@@ -9,7 +9,6 @@ from scene import Scene, beam, force, joint, output, rigid, simulation, weld
 from truths import ode
 
 g = 9.81
-LIGHT = {**STEEL, "rho": 1.0}
 
 
 @case("a block on two parallel leaves: stiffness, and how far it sinks as it moves across")
@@ -40,39 +39,6 @@ def parallel_leaves():
                 {"block": d},
                 f"by {share} of the length, {model[9:14]}",
             )
-
-
-@case("a shaft that turns under the weight of its disc: it sags in the world, and does not turn with the shaft")
-def sagging_shaft():
-    L, d, m = 1.0, 0.02, 8.0
-    I = math.pi * d**4 / 64
-    # The motor's bearing holds the slope as well.
-    k = 768 / 7 * E * I / L**3
-    w0 = math.sqrt(k / m)
-    for share in (0.2, 0.7):
-        W = share * w0
-
-        def truth(t, W=W):
-            # The disc's centre in the world: it starts without bending and with the shaft's turn.
-            z = -m * g / k * (1 - np.cos(w0 * t))
-            return {"disc": np.c_[np.nan * t, z, 0 * t]}
-
-        yield Scene(
-            simulation(0.3, 1000, (0, -g, 0))
-            + beam("left", L / 2, circle(d)[0], LIGHT)
-            + beam("right", L / 2, circle(d)[0], LIGHT)
-            + rigid("disc", m, (0.02, 0.01, 0.01))
-            + joint("motor", "revolute", "ground", "left.root", f'axis = [1, 0, 0]\nmotion = "{W!r}*t"')
-            + weld("a", "left.tip", "disc")
-            + weld("b", "disc", "right.root")
-            + rigid("collar", 1e-3, (1e-7,) * 3)
-            + joint("end", "spherical", "right.tip", "collar")
-            + joint("seat", "prismatic", "ground", "collar", f"axis = [1, 0, 0]\nposition = [{L}, 0, 0]")
-            + output("disc", "disc", "position"),
-            truth,
-            {"disc": 2 * m * g / k},
-            f"{share} of the critical speed",
-        )
 
 
 @case("a beam held by a stay: the cable carries its share, or goes slack")
