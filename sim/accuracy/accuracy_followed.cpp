@@ -248,24 +248,29 @@ double Followed::total(const MatX& in_time) {
   return out.add_up(*here, in_time, space, t.rigid + t.left_out);
 }
 
-// A looser run may do as well: the one with the fewest evaluations of those whose difference to this one is small enough.
+// A looser run may do as well, if its difference to this one is small enough: the one that has judged time, ten times looser; else one or
+// two whose difference should be, between the two.
 void Followed::take_looser() {
   const double tight = setting.tolerance;
-  long least = here->statistics.evaluations;
-  const MatX of_this = time;
-  MatX of_cheapest = time;
-  for (const double factor : {32.0, 16.0, 10.0, 6.0, 4.0, 2.0}) {
+  // This one is not the truth: what it is wrong by comes on top.
+  const MatX of_this = time.cwiseAbs(), of_looser = relative(out.looser, *here).cwiseAbs();
+  const auto keeps = [&](const MatX& apart_by) { return total(apart_by + of_this) <= t.accuracy; };
+  if (keeps(of_looser)) {
+    setting.tolerance = 10.0 * tight;
+    return;
+  }
+  int tries = 2;
+  for (const double factor : {6.0, 4.0, 2.5}) {
+    if (!keeps((factor - 1.0) / 9.0 * of_looser)) continue;
+    if (tries-- == 0) break;
     const std::optional<Histories> other =
         search.run_within(search.at({setting.level, factor * tight}), 2.0 * here->statistics.cpu_seconds);
-    if (!other || other->statistics.evaluations >= least) continue;
-    // This one is not the truth: what it is wrong by comes on top.
-    const MatX apart_by = relative(*other, *here).cwiseAbs() + of_this.cwiseAbs();
-    if (total(apart_by) > t.accuracy) continue;
-    least = other->statistics.evaluations;
-    of_cheapest = apart_by;
+    if (!other || 10 * other->statistics.evaluations >= 9 * here->statistics.evaluations) break;
+    if (!keeps(relative(*other, *here).cwiseAbs())) continue;
     setting.tolerance = factor * tight;
+    return;
   }
-  total(of_cheapest);
+  total(of_this);
 }
 
 // Tighter or with more modes, whichever lacks; false where neither is possible, and what there is has to do.
@@ -356,8 +361,13 @@ std::optional<Finished> finish_followed(Task& t, double limit) {
   }
   if (!f.here) return std::nullopt;
 
-  if (f.whole) take_whole(t, f.setting, f.out);
-  else run_itself(t, f.setting, unlimited, f.out);
+  if (f.whole) {
+    take_whole(t, f.setting, f.out);
+  } else {
+    const double loose = f.out.loose_tolerance;
+    run_itself(t, f.setting, unlimited, f.out);
+    f.out.loose_tolerance = loose;  // that of the run which is there
+  }
   f.out.coarse = t.coarse;
   t.keep(f.out);
   return std::move(f.out);

@@ -66,6 +66,14 @@ std::vector<Resolvable> resolvable_bodies(const Scene& scene, const Model& model
   return out;
 }
 
+// Whether the vibrations of a beam go on for some periods at least, however fast: ratios of a tenth of critical damping at most.
+bool barely_damped(const BodyDef& body) {
+  const auto* beam = std::get_if<BeamDef>(&body.kind);
+  if (!beam) return false;
+  const Damping& d = beam->damping;
+  return d.mass == 0.0 && d.stiffness == 0.0 && std::all_of(d.ratio.begin(), d.ratio.end(), [](double r) { return r <= 0.1; });
+}
+
 // Modes of the softest body at a level: 1 2 3 4 6 8 12 16 ...
 int modes_at(int level) {
   if (level < 3) return std::max(1, level + 1);
@@ -91,6 +99,8 @@ Search::Search(const Scene& scene, const SimulateOptions& options) : scene_(scen
   touches = has_events(system);
   bodies_ = resolvable_bodies(scene_, system.model);
   for (const Part& p : system.model.parts) undamped = undamped && p.body.De.size() == 0;
+  for (const Part& p : system.model.parts)
+    rings = rings && (p.body.De.size() == 0 || barely_damped(scene_.bodies[static_cast<size_t>(p.scene_body)]));
   for (const Resolvable& r : bodies_)
     if (!r.frequencies.empty()) softest_ = softest_ == 0.0 ? r.frequencies.front() : std::min(softest_, r.frequencies.front());
 }

@@ -86,6 +86,7 @@ class Search {
 
   std::vector<EffectState> states;
   bool undamped = true;            // no body damps its own vibrations
+  bool rings = true;               // no body damps them by more than a tenth of critical damping
   bool touches = false;            // dry friction, stops, contacts: events that lie where the motion puts them
   std::optional<Method> method;    // of all runs
   double cpu = 0.0;                // s, of all runs but the last
