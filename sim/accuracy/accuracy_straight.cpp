@@ -38,7 +38,7 @@ class Straight {
   std::optional<Finished> go(const Scene& as_given);
 
  private:
-  enum class Verdict { kept, tighter, follow, lost };
+  enum class Verdict { kept, tighter, rather_follow, follow, lost };
 
   bool run_pilot(const Scene& scene);
   Verdict judge_time();
@@ -47,8 +47,8 @@ class Straight {
   bool judge_deformations();
   bool judge_effects();
   std::optional<Finished> finish_as_written();
-  std::optional<Finished> follow_vibrations();
-  std::optional<Finished> followed() const;
+  std::optional<Finished> follow_vibrations(double within);
+  std::optional<Finished> followed(double within) const;
   bool check(Finished& f) const;
   double energy_share() const;
   VecX sizes_of(const Histories& h) const;
@@ -151,7 +151,8 @@ Straight::Verdict Straight::judge_time() {
   if (needed <= 1.0) return Verdict::kept;
   step_ = std::clamp(std::pow(needed, -1.0 / cautious_order), 1e-2, 0.1);
   const bool vibrates = t_.search.rings && t_.search.has_levels() && !follows_vibrations(t_.options->method);
-  if (vibrates && (needed > 30.0 || lost > mostly_lost)) return Verdict::follow;
+  if (vibrates && needed > 30.0) return Verdict::follow;
+  if (vibrates && lost > mostly_lost && !t_.search.touches) return Verdict::rather_follow;
   return needed > 1000.0 ? Verdict::lost : Verdict::tighter;
 }
 
@@ -313,9 +314,9 @@ std::optional<Finished> Straight::finish_as_written() {
   return f;
 }
 
-// Undamped vibrations that have to be followed: exact for linear ones, with as many modes as convergence asks for. What a beam's eigenmodes
-// beyond the n-th bring to its ends falls as n^-3 at least (beta^-4, times the tangent that it is measured from).
-std::optional<Finished> Straight::followed() const {
+// Vibrations that have to be followed, within so many CPU s: exact for linear ones, with as many modes as convergence asks for. What a
+// beam's eigenmodes beyond the n-th bring to its ends falls as n^-3 at least (beta^-4, times the tangent that it is measured from).
+std::optional<Finished> Straight::followed(double within) const {
   Task task = t_;
   task.straight = true;
   task.search.method = Method::exponential;
@@ -324,7 +325,7 @@ std::optional<Finished> Straight::followed() const {
   task.coarse = task.loose = looser_;
   task.rigid = MatX::Zero(looser_.values.rows(), looser_.values.cols());
   task.left_out = constant_effects(looser_);
-  task.search.until = until_;
+  task.search.until = std::min(until_, cpu_seconds() + within);
   std::optional<Finished> f;
   try {
     f = finish_followed(task, std::max(shortest, 30.0 * run_.results.statistics.cpu_seconds));
@@ -335,8 +336,8 @@ std::optional<Finished> Straight::followed() const {
   return f;
 }
 
-std::optional<Finished> Straight::follow_vibrations() {
-  std::optional<Finished> f = followed();
+std::optional<Finished> Straight::follow_vibrations(double within) {
+  std::optional<Finished> f = followed(within);
   if (!f || !f->judged) return std::nullopt;
   // The vibrations, followed, may ask for effects that the run which stepped over them did not show; what is left out is worth what it
   // is along the run that followed them.
@@ -354,6 +355,7 @@ std::optional<Finished> Straight::go(const Scene& as_given) {
   tolerance_ = std::clamp(0.1 * t_.accuracy, 1e-9, 1e-3);
   Scene scene = as_given;
   constexpr int most_tries = 4;
+  bool tried = false;
   for (int k = 0; k < most_tries; ++k) {
     const double last = tolerance_;
     if (!run_pilot(scene)) {
@@ -371,9 +373,23 @@ std::optional<Finished> Straight::go(const Scene& as_given) {
     if (verdict == Verdict::kept) return judge_effects() && judge_space() ? finish_as_written() : std::nullopt;
     if (verdict == Verdict::follow) {
       if (!judge_effects()) return std::nullopt;
-      return follow_vibrations();
+      return follow_vibrations(unlimited);
     }
     if (verdict == Verdict::lost) return std::nullopt;
+    // Where that does not do, tighter steps may.
+    if (verdict == Verdict::rather_follow && !tried) {
+      tried = true;
+      const double begun = cpu_seconds();
+      const JudgedRun stepped = run_;
+      const Search search = t_.search;
+      if (judge_effects())
+        if (std::optional<Finished> f = follow_vibrations(std::max(0.3, run_.results.statistics.cpu_seconds)); f && f->error <= t_.accuracy)
+          return f;
+      run_ = stepped;
+      t_.search = search;
+      until_ += cpu_seconds() - begun;
+      t_.search.until = until_;
+    }
     // One decade finds its looser run already there.
     const bool decade = has_looser_ && step_ > 0.05;
     tolerance_ = std::max(1e-11, (decade ? 0.1 : step_) * last);
