@@ -31,7 +31,7 @@ namespace {
 
 struct Words {
   sim::ReduceRequest request;
-  std::string model, output, mesh, report, mass, node_table, dofs, cache;
+  std::string model, output, mesh, report, mass, node_table, dofs, cache, scratch;
   bool no_stiffening = false, no_cut_off = false, json = false, silent = false, fresh = false;
   double memory = 0.0;
 };
@@ -177,6 +177,7 @@ int run(Words& w) {
   request.options.stiffening = !w.no_stiffening;
   if (w.no_cut_off) request.options.cut_off = 0.0;
   request.options.memory_limit = 1e9 * w.memory;
+  request.options.scratch = w.scratch;
   request.options.surface = as_hdf5(w.output);
   request.further_reader = imports::read_fe_mesh;
   request.further_endings = {".med", ".vtu"};
@@ -291,6 +292,8 @@ Command add_reduce(Program& program) {
       .range(1, 1024)
       .show_default();
   app.option("--memory", w->memory, "memory limit in GB; default: the free memory").positive();
+  app.option("--scratch", w->scratch, "folder that keeps the factor of the stiffness matrix, for models beyond the memory")
+      .as("DIR");
   app.option("--cache", w->cache, cache_help).as("DIR").environment("FLEXFRAME_CACHE");
   app.flag("--fresh", w->fresh, "make it anew, though it was made before and is kept in the cache");
   app.flag("--json", w->json, "print a machine-readable summary");

@@ -66,6 +66,7 @@ void take_words(const py::dict& words, sim::ReduceRequest& request) {
       {"node_table", [&](const py::handle& v) { request.node_table = v.cast<std::filesystem::path>(); }},
       {"dofs", [&](const py::handle& v) { request.dofs = v.cast<std::filesystem::path>(); }},
       {"threads", [&](const py::handle& v) { o.threads = v.cast<int>(); }},
+      {"scratch", [&](const py::handle& v) { o.scratch = v.cast<std::filesystem::path>(); }},
       {"memory", [&](const py::handle& v) { o.memory_limit = 1e9 * v.cast<double>(); }}};
   for (const auto& [key, value] : words) {
     const std::string word = key.cast<std::string>();

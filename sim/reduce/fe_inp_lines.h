@@ -38,8 +38,8 @@ class InpLines {
  public:
   virtual ~InpLines() = default;
 
-  std::vector<std::string> files;  // as opened
-  InpPlace at;                     // of the present line
+  std::vector<std::string> files;   // as opened
+  InpPlace at;                      // of the present line
   std::vector<std::string> faults;  // lines that cannot be read; the file is read on behind them
   bool incomplete = false;          // a file that is named is not there
 
@@ -55,7 +55,7 @@ class InpLines {
  protected:
   virtual void keyword(const InpKeyword& k) = 0;
   virtual void data(std::string_view text) = 0;
-  virtual void finish_keyword() = 0;  // before the next keyword and at the end
+  virtual void finish_keyword() = 0;       // before the next keyword and at the end
   virtual void abandon(bool keyword) = 0;  // what was begun when a line of data, or a keyword, was at fault
 
  private:

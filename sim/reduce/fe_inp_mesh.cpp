@@ -40,8 +40,8 @@ void InpTableReader::read_element() {
     pending = {integer(f[0], "element")};
     if (s().element_at.contains(pending[0])) return pending.clear();
   } else
-  for (std::string_view part : f)
-    if (!part.empty()) pending.push_back(integer(part, "element"));
+    for (std::string_view part : f)
+      if (!part.empty()) pending.push_back(integer(part, "element"));
   const size_t wants = type->nodes + 1;
   if (pending.size() < wants) {
     // The next line goes on where this one ends with a comma, or has sixteen numbers, as many as a line may hold.

@@ -19,7 +19,9 @@ constexpr size_t sample = 1000;
 // the middle, which makes it a third; of quadratic ones it would be a fifth, but much of their error lies where no two elements meet, at
 // the corners of supports, so a third for these too. Elements of constant strain are too stiff all over, which their means do not show: all
 // of it (bars of every kind of element against fine ones: REDUCE.md).
-double share_of_corners(FeShape shape) { return shape == FeShape::tetrahedron4 || shape == FeShape::triangle3 ? 1.0 : 1.0 / 3.0; }
+double share_of_corners(FeShape shape) {
+  return shape == FeShape::tetrahedron4 || shape == FeShape::triangle3 || shape == FeShape::wedge6 ? 1.0 : 1.0 / 3.0;
+}
 
 int corner_count(FeShape shape) {
   switch (shape) {

@@ -92,7 +92,8 @@ double hertz(double eigenvalue) { return std::sqrt(std::max(eigenvalue, 0.0)) / 
 
 }  // namespace
 
-FeSolver::FeSolver(const FeReduced& s, const MatX& rigid, const FeEstimate& guess, int threads, std::function<void()> ask)
+FeSolver::FeSolver(const FeReduced& s, const MatX& rigid, const FeEstimate& guess, int threads, std::function<void()> ask,
+                   const std::string& scratch)
     : system(s), R(rigid), estimate(guess.eigenvalue) {
   start.resize(system.size(), guess.fields.cols());
   for (int c = 0; c < system.size(); ++c) start.row(c) = guess.fields.row(system.identity ? c : system.own[c]);
@@ -114,7 +115,7 @@ FeSolver::FeSolver(const FeReduced& s, const MatX& rigid, const FeEstimate& gues
   }
   SparseMatrix A = system.K();
   if (shift > 0.0) A += shift * system.M();
-  cholesky = std::make_unique<SparseCholesky>(std::move(A), threads, std::move(ask));
+  cholesky = std::make_unique<SparseCholesky>(std::move(A), threads, std::move(ask), scratch);
 }
 
 MatX FeSolver::start_block(int width, const std::function<void(MatX&)>& apply, const std::function<void(MatX&)>& project) const {

@@ -36,8 +36,9 @@ using FeProgress = std::function<void(const std::string&)>;
 class FeSolver {
  public:
   // `estimate`: for the shift and the first block. R: rigid motions the reduced system is free to do, any basis. threads, ask:
-  // SparseCholesky's.
-  FeSolver(const FeReduced& system, const MatX& R, const FeEstimate& estimate, int threads = 1, std::function<void()> ask = {});
+  // and scratch: SparseCholesky's.
+  FeSolver(const FeReduced& system, const MatX& R, const FeEstimate& estimate, int threads = 1, std::function<void()> ask = {},
+           const std::string& scratch = {});
 
   double estimated_bytes() const { return cholesky->estimated_bytes(); }
   double factor_entries() const { return cholesky->factor_entries(); }

@@ -184,6 +184,8 @@ class Reducer {
     if (method == ReduceMethod::eigenmodes && options.modes == 0 && !(options.highest > 0.0))
       throw InputError("no modes are requested: give their number or the highest frequency");
     if (options.threads < 1) throw InputError("threads: a number >= 1 is expected");
+    if (std::error_code none; !options.scratch.empty() && !std::filesystem::is_directory(options.scratch, none))
+      throw InputError(fmt::format("scratch: {} is no folder", options.scratch.string()));
     if (!(options.damping >= 0.0)) throw InputError("damping: a ratio >= 0 is expected");
   }
 
@@ -234,7 +236,7 @@ class Reducer {
     say("ordering");
     give_back_memory();
     const MatX rigid = free_rigid(model, system, reduced, options.held);
-    solver = std::make_unique<FeSolver>(reduced, rigid, estimate_modes(model, system), options.threads, ask);
+    solver = std::make_unique<FeSolver>(reduced, rigid, estimate_modes(model, system), options.threads, ask, options.scratch.string());
     report().rigid_motions = solver->rigid();
     report().factor_entries = solver->factor_entries();
     // The factor with both matrices beside it, and either the matrix it is made from or the vectors of modes and fields: Lanczos keeps some
@@ -247,9 +249,9 @@ class Reducer {
     say(fmt::format("{} degrees of freedom, {:.1f} million entries in the factorised matrix, about {:.2f} GB", system.size,
                     report().factor_entries / 1e6, report().estimated_bytes / 1e9));
     if (limit > 0.0 && report().estimated_bytes > limit)
-      throw SimulationError(
-          fmt::format("the reduction needs about {:.1f} GB, but {:.1f} GB are available: take a coarser mesh or a larger machine",
-                      report().estimated_bytes / 1e9, limit / 1e9));
+      throw SimulationError(fmt::format(
+          "the reduction needs about {:.1f} GB, but {:.1f} GB are available: take a coarser mesh{} or a larger machine",
+          report().estimated_bytes / 1e9, limit / 1e9, options.scratch.empty() ? ", keep the factor in a folder (--scratch)" : ""));
     if (!reduced.identity) SparseMatrix().swap(system.K);  // the reduced system has its own; the factor needs the room
     lap("ordering");
     give_back_memory();

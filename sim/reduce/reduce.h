@@ -12,6 +12,7 @@
 #include "sim/bodies/sid_lack.h"
 #include "sim/reduce/fe_model.h"
 
+#include <filesystem>
 #include <functional>
 
 namespace flexframe::sim {
@@ -53,6 +54,7 @@ struct ReduceOptions {
   bool surface = false;            // the displacement (and stress, if that is asked for) at all nodes of the surface: Reduction::surface
   double damping = 0.0;            // ratio of critical damping of every mode
   int threads = 1;                 // of the dense kernels in the factorisation; more take less time but more CPU
+  std::filesystem::path scratch;   // folder for the factor of the stiffness matrix, out of core; empty: it is kept in memory
   double memory_limit = 0.0;       // bytes; 0: what the machine has free. Refused before the work when the estimate exceeds it
 };
 

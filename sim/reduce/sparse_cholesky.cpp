@@ -134,7 +134,7 @@ std::vector<int> nested_dissection(const Eigen::SparseMatrix<double>& lower) {
 
 }  // namespace
 
-SparseCholesky::SparseCholesky(Eigen::SparseMatrix<double>&& lower, int threads, std::function<void()> asked)
+SparseCholesky::SparseCholesky(Eigen::SparseMatrix<double>&& lower, int threads, std::function<void()> asked, const std::string& scratch)
     : state(std::make_shared<State>()), ask(std::move(asked)) {
   const auto lock = alone(ask);
   DMUMPS_STRUC_C& m = state->mumps;
@@ -147,6 +147,12 @@ SparseCholesky::SparseCholesky(Eigen::SparseMatrix<double>&& lower, int threads,
   for (int i = 1; i <= 4; ++i) state->icntl(i) = i == 4 ? 0 : -1;  // silent
   state->icntl(7) = 1;                                             // the ordering below
   state->icntl(14) = 5;                                            // per cent of room beyond the estimate, which is exact without pivoting
+  if (!scratch.empty()) {
+    if (scratch.size() + 1 > sizeof(m.ooc_tmpdir))
+      throw InputError(fmt::format("the name of the scratch folder is longer than {} characters", sizeof(m.ooc_tmpdir) - 1));
+    state->icntl(22) = 1;
+    std::snprintf(m.ooc_tmpdir, sizeof(m.ooc_tmpdir), "%s", scratch.c_str());
+  }
   lower.makeCompressed();
   state->order = nested_dissection(lower);
   // MUMPS reads the matrix where it lies: a copy would be a tenth of the factor.
@@ -169,7 +175,7 @@ SparseCholesky::SparseCholesky(Eigen::SparseMatrix<double>&& lower, int threads,
 
 SparseCholesky::~SparseCholesky() = default;
 
-double SparseCholesky::estimated_bytes() const { return 1e6 * state->mumps.infog[15]; }
+double SparseCholesky::estimated_bytes() const { return 1e6 * state->mumps.infog[state->icntl(22) == 1 ? 25 : 15]; }
 double SparseCholesky::factor_entries() const {
   const int n = state->mumps.infog[19];
   return n >= 0 ? n : -1e6 * n;
@@ -199,6 +205,7 @@ void SparseCholesky::factorise() {
         "sparse factorisation: the matrix is not positive definite (pivot {}): the model has a mechanism, or a node without stiffness",
         detail));
   if (error == -13 || error == -9 || error == -8) throw SimulationError("sparse factorisation: out of memory");
+  if (error == -90) throw SimulationError("sparse factorisation: the factor cannot be written to the scratch folder (is there room?)");
   if (error < 0) throw SimulationError(fmt::format("sparse factorisation failed (MUMPS error {}, {})", error, detail));
   // Without iterative refinement the matrix is not read again.
   Eigen::SparseMatrix<double>().swap(state->matrix);

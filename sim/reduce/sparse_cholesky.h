@@ -8,6 +8,7 @@
 
 #include <functional>
 #include <memory>
+#include <string>
 
 namespace flexframe::sim {
 
@@ -15,8 +16,9 @@ class SparseCholesky {
  public:
   // Lower triangle only. Orders and estimates. The matrix is given away, and let go once it is factorised. threads: of the dense kernels.
   // ask: called in the calling thread, some fifty times a second while it factorises and before every 32 right-hand sides; may throw
-  // whatever shall end the call.
-  explicit SparseCholesky(Eigen::SparseMatrix<double>&& lower, int threads = 1, std::function<void()> ask = {});
+  // whatever shall end the call. scratch: folder for the factor's files while this lives; empty: it is kept in memory.
+  explicit SparseCholesky(Eigen::SparseMatrix<double>&& lower, int threads = 1, std::function<void()> ask = {},
+                          const std::string& scratch = {});
   ~SparseCholesky();
   SparseCholesky(const SparseCholesky&) = delete;
   SparseCholesky& operator=(const SparseCholesky&) = delete;

@@ -60,9 +60,10 @@ class Mesh:
                         p = corner + h * (2 * np.array((i, j, k)) + (a, b, c))
                         q = shape(p) if shape else p
                         nodes.append(self.node(q, (part, *(round(1e7 * v) for v in q))))
-                    if kind == "S3":
-                        self.add(kind, [nodes[0], nodes[1], nodes[2]], where)
-                        self.add(kind, [nodes[0], nodes[2], nodes[3]], where)
+                    if kind in ("S3", "C3D6"):
+                        for corners in ((0, 1, 2), (0, 2, 3)):
+                            up = [nodes[c + 4] for c in corners] if kind == "C3D6" else []
+                            self.add(kind, [nodes[c] for c in corners] + up, where)
                     else:
                         self.add(kind, nodes, where)
 
@@ -117,7 +118,16 @@ class Mesh:
                 out += f"GRID*   {n:16d}{cp:16d}{q[0]:16.9e}{q[1]:16.9e}\n*       {q[2]:16.9e}\n"
             else:
                 out += f"GRID,{n},{cp},{q[0]:.9e},{q[1]:.9e},{q[2]:.9e}\n"
-        names = {"C3D10": "CTETRA", "C3D20R": "CHEXA", "C3D20": "CHEXA", "C3D8I": "CHEXA", "S4": "CQUAD4", "S8R": "CQUAD8", "S3": "CTRIA3"}
+        names = {
+            "C3D6": "CPENTA",
+            "C3D10": "CTETRA",
+            "C3D20R": "CHEXA",
+            "C3D20": "CHEXA",
+            "C3D8I": "CHEXA",
+            "S4": "CQUAD4",
+            "S8R": "CQUAD8",
+            "S3": "CTRIA3",
+        }
         for number, kind, nodes, where in self.elements:
             given = [nodes[k] for k in order20] if len(nodes) == 20 else nodes
             words = [names[kind], number, property_of[where], *given]
@@ -357,9 +367,10 @@ def decks(folder):
         "ccx",
         1e-4,
     )
-    for kind in ("C3D8", "C3D20", "C3D8I"):
+    # Coarse ones of C3D6 and C3D8I differ from CalculiX' by 2 % (told of: the mesh is coarse).
+    for kind in ("C3D6", "C3D8", "C3D20", "C3D8I"):
         k = bar(kind, (12, 2, 3))
-        yield kind, k.text() + set_of("ROOT", k.where(on(0, 0.0))) + STEEL + SOLID + HELD, "ccx", 1e-4 if kind != "C3D8I" else 5e-2
+        yield kind, k.text() + set_of("ROOT", k.where(on(0, 0.0))) + STEEL + SOLID + HELD, "ccx", 1e-4 if kind in ("C3D8", "C3D20") else 5e-2
     # Tetrahedra with couplings over their faces.
     t = Mesh()
     t.tetrahedra(
@@ -518,6 +529,45 @@ def decks(folder):
     yield "Nastran: MPC", m.nastran({"BAR": 5}) + mat + "PSOLID,5,1\n" + hold + mpcs, bar("C3D20").text() + set_of(
         "ROOT", root
     ) + STEEL + SOLID + HELD + equations, 5e-3
+    weights = ",".join(str(n) for n in tip[:2])
+    mean = f"RBE3,900,,5000,123456,1.,123,{weights}\n"
+    mean += "".join("," + ",".join(str(n) for n in tip[k : k + 8]) + "\n" for k in range(2, len(tip), 8))
+    distributed = "*SURFACE, NAME=END, TYPE=NODE\nTIP,\n" + coupling(5000, "DISTRIBUTING").replace("1, 3\n", "")
+    point_cards = "GRID,5000,,.9,.03,.05\nCONM2,9001,5000,,4.\n"
+    quadratic = bar("C3D20").text() + set_of("ROOT", root) + set_of("TIP", tip) + STEEL + SOLID + HELD
+    cards = m.nastran({"BAR": 5}) + mat + "PSOLID,5,1\n" + hold
+    yield "Nastran: RBE3", cards + point_cards + mean, quadratic + point + distributed, 1e-6
+    springs = f"CELAS2,800,3.+6,{tip[0]},2\nCELAS1,801,4,{tip[3]},1,{root[3]},1\nPELAS,3,1.,,,4,5.+6\n"
+    abaqus_springs = f"*ELEMENT, TYPE=SPRING1, ELSET=SA\n9001, {tip[0]}\n*SPRING, ELSET=SA\n2\n3.E6\n"
+    abaqus_springs += f"*ELEMENT, TYPE=SPRING2, ELSET=SB\n9002, {tip[3]}, {root[3]}\n*SPRING, ELSET=SB\n1, 1\n5.E6\n"
+    yield "Nastran: CELAS1, CELAS2", cards + springs, quadratic + abaqus_springs, 1e-6
+    inner = r.where(lambda p: abs(math.hypot(p[0], p[1]) - 0.2) < 1e-6)
+    grids = r.nastran({"BAR": 5})
+    for n in inner:
+        grids = re.sub(rf"(?m)^(GRID,{n},.*)$", r"\1,8", grids)
+    around = "CORD2C,8,,0.,0.,0.,0.,0.,1.\n,1.,0.,0.\n" + "".join(f"SPC1,1,12,{n}\n" for n in inner)
+    ring20 = Mesh()
+    ring20.block((8, 2, 2), (0, 0, 0), (1.2, 0.05, 0.04), "C3D20", "BAR", arc)
+    ring_text = ring20.text() + set_of("INNER", inner) + STEEL + SOLID
+    turned = "*TRANSFORM, NSET=INNER, TYPE=C\n0., 0., 0., 0., 0., 1.\n*BOUNDARY\nINNER, 1, 2\n"
+    yield "Nastran: supports in a cylinder's directions", grids + mat + "PSOLID,5,1\n" + around, ring_text + turned, 1e-6
+    S = np.diag([1 / 1.4e11, 1 / 1e10, 1 / 0.9e10, 1 / 5e9, 1 / 3e9, 1 / 4.8e9])
+    for i, j, value in ((0, 1, 0.3 / 1.4e11), (0, 2, 0.28 / 1.4e11), (1, 2, 0.4 / 1e10)):
+        S[i, j] = S[j, i] = -value
+    C = np.linalg.inv(S)
+    constants = [f"{C[i, j]:.7e}" if i == j or (i < 3 and j < 3) else "" for i in range(6) for j in range(i, 6)] + ["1600."]
+    words = ["MAT9", "1", *constants]
+    mat9 = "".join(("," if k else "") + ",".join(words[k : k + (8 if k else 9)]) + "\n" for k in [0, *range(9, len(words), 8)])
+    mat9 += "CORD2R,9,,0.,0.,0.,0.,0.,1.\n,.8,.6,0.\n"
+    ortho20 = bar("C3D20").text() + set_of("ROOT", root) + ortho[ortho.index("*MATERIAL") :]
+    ortho20 += (
+        "*ORIENTATION, NAME=O, SYSTEM=RECTANGULAR\n0.8, 0.6, 0., -0.6, 0.8, 0.\n*SOLID SECTION, ELSET=BAR, MATERIAL=STEEL, ORIENTATION=O\n"
+    )
+    yield "Nastran: MAT9 in turned axes", m.nastran({"BAR": 5}) + mat9 + "PSOLID,5,1,9\n" + hold, ortho20 + HELD, 1e-5
+    wedge = bar("C3D6")
+    wedge_root = wedge.where(on(0, 0.0))
+    wedge_cards = wedge.nastran({"BAR": 5}) + mat + "PSOLID,5,1\n" + "".join(f"SPC1,1,123,{n}\n" for n in wedge_root)
+    yield "Nastran: CPENTA", wedge_cards, wedge.text() + set_of("ROOT", wedge_root) + STEEL + SOLID + HELD, 1e-6
     flat_cards = flat.nastran({"P": 5}) + "PSHELL,5,1,.004,1,,1\n" + mat + "".join(f"SPC1,1,123456,{n}\n" for n in flat.where(on(0, 0.0)))
     yield "Nastran: CQUAD4", flat_cards, flat.text() + set_of("ROOT", flat.where(on(0, 0.0))) + shell + held6, 1e-6
     plies = (0, 45, -45, 90, 90, -45, 45, 0)

@@ -161,15 +161,45 @@ TEST(ReduceDecks, NodesThatStayInAPlaneOrOnALine) {
   EXPECT_THROW(deck(cube + "*MPC\nSTRAIGHT,5,6,8\n"), InputError);
 }
 
+// The factor in a folder gives the same frequencies, leaves nothing there, and is refused where there is none.
+TEST(ReduceDecks, FactorsInAFolder) {
+  std::string text = "*NODE\n", elements = "*ELEMENT,TYPE=C3D8,ELSET=E\n";
+  for (int i = 0; i <= 12; ++i)
+    for (int j = 0; j < 9; ++j)
+      text += std::to_string(9 * i + j + 1) + "," + std::to_string(0.1 * i) + "," + std::to_string(0.1 * (j % 3)) + "," +
+              std::to_string(0.1 * (j / 3)) + "\n";
+  int id = 0;
+  for (int i = 0; i < 12; ++i)
+    for (const int j : {0, 1, 3, 4}) {
+      elements += std::to_string(++id);
+      for (const int k : {0, 9, 10, 1, 3, 12, 13, 4}) elements += "," + std::to_string(9 * i + j + k + 1);
+      elements += "\n";
+    }
+  const FeModel m = deck(text + elements + "*SOLID SECTION,ELSET=E,MATERIAL=S\n" + steel);
+  const Scratch scratch;
+  ReduceOptions o;
+  o.method = ReduceMethod::eigenmodes;
+  o.modes = 6;
+  o.stiffening = false;
+  const VecX in_memory = reduce(m, o).report.frequencies;
+  o.scratch = scratch.path();
+  const VecX in_folder = reduce(m, o).report.frequencies;
+  for (int k = 0; k < 6; ++k) EXPECT_NEAR(in_folder(k), in_memory(k), 1e-9 * in_memory(k));
+  EXPECT_TRUE(std::filesystem::is_empty(scratch.path()));
+  o.scratch = scratch.path() / "none";
+  EXPECT_THROW(reduce(m, o), InputError);
+}
+
 // All that is wrong with a deck is told at once, each with its line: types and words that cannot be read, numbers that are none, names
 // that are not there; and not what follows from one of them alone.
 TEST(ReduceDecks, AllFaultsAreNamed) {
   std::string text;
   try {
-    deck("*NODE\n1,0,0,0\n2,1,0,x\n3,1,1,0\n4,0,1,0\n5,0,0,1\n*ELEMENT,TYPE=CPS4,ELSET=E\n1,1,2,3,4\n*ELEMENT,TYPE=C3D4,ELSET=F\n2,1,3,4,5\n"
-         "3,1,3,4,77\n*SOLID SECTION,ELSET=E,MATERIAL=S\n*SOLID SECTION,ELSET=F,MATERIAL=NONE\n*MATERIAL,NAME=S\n*ELASTIC,TYPE=SHORT\n"
-         "2e11,.3\n*SURFACE,NAME=A\nE,S1\n*COUPLING,REF NODE=1,SURFACE=A,CONSTRAINT NAME=C\n*KINEMATIC\n1,3\n*CONTACT\n"
-         "*EQUATION\n2\n1,1,1.,99,1,-1.\n*BOUNDARY\nMISSING,1,3\n");
+    deck(
+        "*NODE\n1,0,0,0\n2,1,0,x\n3,1,1,0\n4,0,1,0\n5,0,0,1\n*ELEMENT,TYPE=CPS4,ELSET=E\n1,1,2,3,4\n*ELEMENT,TYPE=C3D4,ELSET=F\n2,1,3,4,5\n"
+        "3,1,3,4,77\n*SOLID SECTION,ELSET=E,MATERIAL=S\n*SOLID SECTION,ELSET=F,MATERIAL=NONE\n*MATERIAL,NAME=S\n*ELASTIC,TYPE=SHORT\n"
+        "2e11,.3\n*SURFACE,NAME=A\nE,S1\n*COUPLING,REF NODE=1,SURFACE=A,CONSTRAINT NAME=C\n*KINEMATIC\n1,3\n*CONTACT\n"
+        "*EQUATION\n2\n1,1,1.,99,1,-1.\n*BOUNDARY\nMISSING,1,3\n");
   } catch (const InputError& e) {
     text = e.what();
   }

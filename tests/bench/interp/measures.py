@@ -46,7 +46,7 @@ def draw(table, file):
     matplotlib.rcParams.update({"svg.hashsalt": "flexframe", "font.family": "DejaVu Sans", "svg.fonttype": "none"})
     import matplotlib.pyplot as plt
 
-    figure, axes = plt.subplots(1, 2, figsize=(10.5, 4.6), sharex=True, sharey=True)
+    figure, axes = plt.subplots(1, 2, figsize=(12, 4.6), sharex=True, sharey=True)
     for name, _, _ in MEASURES:
         own = [r for r in table if r[0] == name]
         for axis, column in zip(axes, (2, 3)):
@@ -60,7 +60,7 @@ def draw(table, file):
         axis.minorticks_off()
     axes[0].set_ylabel("relative L2 error, %")
     axes[0].set_yticks([0.001, 0.01, 0.1, 1, 10, 100], ["0.001", "0.01", "0.1", "1", "10", "100"])
-    axes[1].legend(frameon=False, fontsize=9, loc="lower left")
+    axes[1].legend(frameon=False, fontsize=9, loc="center left", bbox_to_anchor=(1.0, 0.5))
     figure.tight_layout()
     figure.savefig(file, metadata={"Date": None})
 
