@@ -14,7 +14,6 @@
 #include <map>
 #include <numeric>
 #include <optional>
-#include <set>
 
 namespace flexframe::sim {
 namespace {
@@ -630,7 +629,7 @@ MatX rigid_motions(const FeModel& model, const FeSystem& system) {
   return R;
 }
 
-int count_parts(const FeModel& model, const FeSystem& system) {
+std::vector<std::pair<int, int>> unconnected_parts(const FeModel& model, const FeSystem& system) {
   std::vector<int> parent(model.nodes.size());
   std::iota(parent.begin(), parent.end(), 0);
   const auto root = [&](int i) {
@@ -652,10 +651,13 @@ int count_parts(const FeModel& model, const FeSystem& system) {
     for (int c = 0; c < system.K.outerSize(); ++c)
       for (SparseMatrix::InnerIterator it(system.K, c); it; ++it) parent[root(node_of[it.row()])] = root(node_of[it.col()]);
   }
-  std::set<int> roots;
-  for (size_t i = 0; i < model.nodes.size(); ++i)
-    if (moves(system.dof[i])) roots.insert(root(static_cast<int>(i)));
-  return static_cast<int>(roots.size());
+  std::map<int, std::pair<int, int>> found;
+  for (int i = 0; i < static_cast<int>(model.nodes.size()); ++i)
+    if (moves(system.dof[i])) ++found.try_emplace(root(i), 0, i).first->second.first;
+  std::vector<std::pair<int, int>> out;
+  for (const auto& entry : found) out.push_back(entry.second);
+  std::stable_sort(out.begin(), out.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  return out;
 }
 
 }  // namespace flexframe::sim

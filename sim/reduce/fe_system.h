@@ -63,7 +63,8 @@ MatX rigid_motions(const FeModel& model, const FeSystem& system);
 // energy of springs to the ground likewise. Both vanish for the rigid motions that the system is free to do.
 MatX rigid_residuals(const FeModel& model, const FeSystem& system, const std::vector<FeConstraint>& held, double size);
 
-// Groups of nodes that nothing connects, by elements, spiders and equations; one part is what a body should be.
-int count_parts(const FeModel& model, const FeSystem& system);
+// Groups of nodes that nothing connects, by elements, spiders and equations; one part is what a body should be. Of each the count of its
+// nodes and the index of its first; the largest first.
+std::vector<std::pair<int, int>> unconnected_parts(const FeModel& model, const FeSystem& system);
 
 }  // namespace flexframe::sim

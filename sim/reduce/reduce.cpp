@@ -127,10 +127,15 @@ class Reducer {
     report().degrees_of_freedom = system.size;
     report().elements = static_cast<int>(model.elements.size());
     report().nodes = static_cast<int>(std::count_if(system.dof.begin(), system.dof.end(), [](const auto& d) { return d[0] >= 0; }));
-    if (const int parts = count_parts(model, system); parts > 1)
-      throw InputError(
-          fmt::format("{}: the model consists of {} unconnected parts; a body must be one piece (tie them by spiders, or remove parts)",
-                      model.file, parts));
+    if (const auto parts = unconnected_parts(model, system); parts.size() > 1) {
+      constexpr size_t most = 5;
+      std::vector<std::string> named;
+      for (size_t k = 0; k < std::min(most, parts.size()); ++k)
+        named.push_back(fmt::format("{} nodes with node {}", parts[k].first, model.node_ids[parts[k].second]));
+      throw InputError(fmt::format(
+          "{}: the model consists of {} unconnected parts ({}{}); a body must be one piece (tie them by spiders, or remove parts)",
+          model.file, parts.size(), fmt::join(named, ", "), parts.size() > most ? ", ..." : ""));
+    }
     reduced = eliminate(model, system, options.held);
     if (!reduced.idle.empty())
       note(fmt::format("{} motions of nodes have neither stiffness nor mass and are held (the first at node {})", reduced.idle.size(),
