@@ -20,7 +20,8 @@ class InpTableReader : public InpLines {
   InpDeck take(const std::filesystem::path& path) {
     read(path);
     try {
-      settle_elastics();
+      // Behind a fault constants may be incomplete; the deck is refused for it anyway.
+      if (faults.empty()) settle_elastics();
     } catch (const InputError& e) {
       faults.emplace_back(e.what());
     }
