@@ -207,6 +207,8 @@ TEST(ReduceDecks, AllFaultsAreNamed) {
                            ":15: *ELASTIC, TYPE=SHORT", ":22: *CONTACT", ":25: node 99 is not there", ":27: node set 'MISSING'"})
     EXPECT_NE(text.find(part), std::string::npos) << part << "\n" << text;
   EXPECT_EQ(text.find("surface 'A'"), std::string::npos) << text;
+  // Behind a fault: constants that are not there.
+  EXPECT_THROW(deck("*NODE\n1,0,0,x\n*MATERIAL,NAME=S\n*ELASTIC\n*DENSITY\n7850\n"), InputError);
 }
 
 // The mean turn of four nodes about the axis that the last one's coordinates are: a rigid motion's own turn, and that of a twist.
