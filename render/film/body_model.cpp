@@ -599,9 +599,10 @@ BodyModel make_body_model(const sim::ResultBody& body, const BodyDrawing& drawin
   for (int g : mesh.point_group) model.rest_normals.emplace_back(group_normals(g, 0), group_normals(g, 1), group_normals(g, 2));
 
   // The map of an elastic body; a body whose nodes never move is drawn as a rigid one.
-  // A pure twist turns the nodes on the axis and moves none.
+  // A pure twist turns the nodes on the axis and moves none; a rod that carries without stretching has stress all the same.
   const auto moves = [](const sim::MatX& values) { return values.size() > 0 && values.cwiseAbs().maxCoeff() > 0.0; };
-  model.flexible = !body.nodes.empty() && (moves(body.displacement) || moves(body.rotation));
+  const bool carries = settings.color_by == ColorBy::stress && moves(body.load_strain);
+  model.flexible = !body.nodes.empty() && (moves(body.displacement) || moves(body.rotation) || carries);
   if (!model.flexible) return model;
   map_nodes(body, drawing, look, settings, known, model);
   if (settings.corotated) model.corotated = std::make_shared<const interp::Corotated>(model.view());

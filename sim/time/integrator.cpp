@@ -286,6 +286,11 @@ struct IntegratorCallbacks {
   static int linear_system(double t, N_Vector y, N_Vector, SUNMatrix, SUNMatrix, int still_good, int* renewed, double gamma, void* user,
                            N_Vector, N_Vector, N_Vector) {
     M* m = static_cast<M*>(user);
+    // CVODE's stability limit detection can leave a step of length zero, which Newton's loop would try for ever.
+    if (!(std::abs(gamma) > 0.0)) {
+      m->complaint = "the method asked for a step of length zero";
+      return -1;
+    }
     MechanicalSolver& solver = *static_cast<MechanicalSolver*>(m->linear->content);
     try {
       m->problem.jacobian(t, data(y), !still_good, solver.jacobian);
