@@ -15,7 +15,10 @@ picture() {
   local name=$1 scene=$2 words=$4 count moment
   [[ $names == "  " || $names == *" $name "* ]] || return 0
   local results=$work/$(basename "$scene" .toml).h5
-  [[ -f $results ]] || "$flexframe" simulate "$scene" -o "$results" -q --no-error-estimate --no-effect-check 2>"$work/said" || {
+  # Pictures of stress want it said beforehand: forces along beams count too.
+  local stress=()
+  [[ $words == *'color_by = "stress"'* ]] && stress=(--set 'render.color_by="stress"')
+  [[ -f $results ]] || "$flexframe" simulate "$scene" "${stress[@]}" -o "$results" -q --no-error-estimate --no-effect-check 2>"$work/said" || {
     cat "$work/said" >&2
     exit 1
   }
