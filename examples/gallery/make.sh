@@ -18,7 +18,8 @@ picture() {
   # Pictures of stress want it said beforehand: forces along beams count too.
   local stress=()
   [[ $words == *'color_by = "stress"'* ]] && stress=(--set 'render.color_by="stress"')
-  [[ -f $results ]] || "$flexframe" simulate "$scene" "${stress[@]}" -o "$results" -q --no-error-estimate --no-effect-check 2>"$work/said" || {
+  [[ -f $results ]] ||
+    "$flexframe" simulate "$scene" "${stress[@]}" -o "$results" -q --no-error-estimate --no-effect-check 2>"$work/said" || {
     cat "$work/said" >&2
     exit 1
   }
@@ -80,7 +81,8 @@ picture 10_fe_body "$(template fe-body "Finite element body with an end mass")" 
   $'color_by = "displacement"\nscales = "auto"\nextremes = true\ncolor_range = { window = [0.0899, 0.0901], percentile = 100 }'
 picture 11_suspension "$(template suspension "Double wishbone over a bump")" 35 $'color_by = "body"\nlook = "presentation"\n'\
 $'camera = { direction = [0.55, -0.3, 1], window = [0.69, 0.71] }'
-picture 12_robot "$(template robot-arm "Robot arm")" 55 $'color_by = "none"\nlook = "presentation"\nforces = true\ncamera = { window = [1.1, 1.1] }' z
+picture 12_robot "$(template robot-arm "Robot arm")" 55 \
+  $'color_by = "none"\nlook = "presentation"\nforces = true\ncamera = { window = [1.1, 1.1] }' z
 picture 13_mems "$here/mems.toml" 80 $'color_by = "stress"\nscales = [1]\nforces = true'
 picture 14_crane "$here/crane.toml" 6 $'color_by = "stress"\nscales = [1, 5]\nforces = true\n'\
 $'camera = { window = [0.6, 0.8], direction = [-0.35, -0.12, -1] }'
