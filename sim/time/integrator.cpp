@@ -159,6 +159,8 @@ struct MechanicalSolver {
   }
 };
 
+constexpr const char* zero_step = "the method asked for a step of length zero";
+
 }  // namespace
 
 struct Integrator::Memory {
@@ -203,6 +205,7 @@ struct Integrator::Memory {
   };
   std::array<Recent, 8> recent;
   long requests = 0;
+  long at_start = 0;                                 // rates asked for at the step's very beginning
   bool beginning_only = false, at_beginning = true;  // stages' rates are never asked for again: remember those of the step's beginning only
 
   bool recall(double t, const double* at, double* out) {
@@ -228,6 +231,13 @@ struct Integrator::Memory {
   }
 
   int evaluate(double t, const double* at, double* out) {
+    // CVODE's stability limit detection can leave a step of length zero, which Newton's loop would try for ever. A step asks for rates at
+    // its beginning a few times at most.
+    constexpr long far_too_often = 10000;
+    if (t == time && ++at_start > far_too_often) {
+      complaint = zero_step;
+      return -1;
+    }
     if (recall(t, at, out)) return 0;
     try {
       for (int i = 0; i < problem.size; ++i)
@@ -286,9 +296,8 @@ struct IntegratorCallbacks {
   static int linear_system(double t, N_Vector y, N_Vector, SUNMatrix, SUNMatrix, int still_good, int* renewed, double gamma, void* user,
                            N_Vector, N_Vector, N_Vector) {
     M* m = static_cast<M*>(user);
-    // CVODE's stability limit detection can leave a step of length zero, which Newton's loop would try for ever.
     if (!(std::abs(gamma) > 0.0)) {
-      m->complaint = "the method asked for a step of length zero";
+      m->complaint = zero_step;
       return -1;
     }
     MechanicalSolver& solver = *static_cast<MechanicalSolver*>(m->linear->content);
@@ -484,6 +493,7 @@ void Integrator::step(double t_stop) {
   Memory& m = *memory_;
   m.previous = m.time;
   m.complaint.clear();
+  m.at_start = 0;
   m.at_beginning = true;
   if (m.exponential) {
     try {
