@@ -292,8 +292,7 @@ Command add_reduce(Program& program) {
       .range(1, 1024)
       .show_default();
   app.option("--memory", w->memory, "memory limit in GB; default: the free memory").positive();
-  app.option("--scratch", w->scratch, "folder that keeps the factor of the stiffness matrix, for models beyond the memory")
-      .as("DIR");
+  app.option("--scratch", w->scratch, "folder that keeps the factor of the stiffness matrix, for models beyond the memory").as("DIR");
   app.option("--cache", w->cache, cache_help).as("DIR").environment("FLEXFRAME_CACHE");
   app.flag("--fresh", w->fresh, "make it anew, though it was made before and is kept in the cache");
   app.flag("--json", w->json, "print a machine-readable summary");

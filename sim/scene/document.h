@@ -24,7 +24,7 @@ struct SceneDocument {
 };
 
 // settings: "L=0.4" (a parameter) or "body.rod.elements=12" (a key of a table: simulation, render; body, joint, force or output by name).
-// What the file says in another way goes with it: a set view takes the place of the file's camera path, a set tolerance that of an accuracy.
+// What the file says in another way goes: a set view takes the place of the file's camera path, a set tolerance that of an accuracy.
 // Throws InputError naming file, line and key.
 SceneDocument read_document(const std::filesystem::path& file, std::span<const std::string> settings = {});
 SceneDocument parse_document(std::string_view text, const std::filesystem::path& name, std::span<const std::string> settings = {});

@@ -168,10 +168,11 @@ void ExponentialSolver::remove_oscillation(const LinearModel& m, const Parabola&
   y.segment(nq_, nw_) -= shapes_ * dw;
 }
 
-// From (t, y) on for `length` seconds.
-bool ExponentialSolver::solve(const LinearModel& m, const VecX& y, double t, const Parabola& remainder, double length, double least,
+// From (t, y) on.
+bool ExponentialSolver::solve(const LinearModel& m, const VecX& y, double t, const Parabola& remainder, const Reach& reach,
                               Solution& out) const {
   const auto& [d, span] = remainder;
+  const double length = reach.length;
   const Eigen::Index n = nw_, rows = (n + 7) / 8 * 8;
   out.used = 0;
   if (n == 0) return true;
@@ -197,7 +198,7 @@ bool ExponentialSolver::solve(const LinearModel& m, const VecX& y, double t, con
   series.matrix = L.data();
   series.loads = loads.data();
   series.weights = weights.data();
-  series.negligible = least;
+  series.negligible = reach.negligible;
   int halved = 0;
   for (double s = 0.0; s < length * (1.0 - 1e-12);) {
     if (out.pieces.size() == out.used) out.pieces.emplace_back();
@@ -258,7 +259,7 @@ bool ExponentialSolver::find_middle(double h) {
     ahead.col(1) = r * (d_.col(1) + 2.0 * d_.col(2));
     ahead.col(2) = r * r * d_.col(2);
   }
-  if (!solve(model_, state_, time_, {ahead, h}, 0.5 * h, negligible_ahead, work_)) return false;
+  if (!solve(model_, state_, time_, {ahead, h}, {0.5 * h, negligible_ahead}, work_)) return false;
   VecX middle;
   evaluate_solution(model_, state_, {ahead, h}, work_, 0.5 * h, middle);
   remove_oscillation(model_, {ahead, h}, 0.5 * h, h, middle);
@@ -271,7 +272,7 @@ bool ExponentialSolver::find_end(const VecX& centre, const VecX& slope, const Ve
   trial_d_.col(0) = centre + bend - slope;
   trial_d_.col(1) = 2.0 * slope - 4.0 * bend;
   trial_d_.col(2) = 4.0 * bend;
-  if (!solve(trial_model_, state_, time_, {trial_d_, h}, h, negligible, work_)) return false;
+  if (!solve(trial_model_, state_, time_, {trial_d_, h}, {h, negligible}, work_)) return false;
   evaluate_solution(trial_model_, state_, {trial_d_, h}, work_, h, end);
   return end.allFinite();
 }

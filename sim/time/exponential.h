@@ -61,11 +61,14 @@ class ExponentialSolver {
     const MatX& d;
     double span;
   };
+  // How far a solution goes, s, and which share of it the series' terms may leave out.
+  struct Reach {
+    double length, negligible;
+  };
   bool linearise(double t, const VecX& y, const LinearModel* before, LinearModel& model);
   VecX driven_rates(const LinearModel& model) const;
   VecX remainder(const LinearModel& model, double t, const VecX& y, const VecX& rates) const;
-  bool solve(const LinearModel& model, const VecX& y, double t, const Parabola& remainder, double length, double least,
-             Solution& out) const;
+  bool solve(const LinearModel& model, const VecX& y, double t, const Parabola& remainder, const Reach& reach, Solution& out) const;
   void evaluate_solution(const LinearModel& model, const VecX& y, const Parabola& remainder, const Solution& solution, double s,
                          VecX& out) const;
   double fastest(const LinearModel& model) const;
