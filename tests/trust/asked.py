@@ -1,6 +1,6 @@
 """Asked accuracies against what is kept:  asked.py FLEXFRAME [--count N] [--seed S] [--limit S] [--table FILE]
 
-Scenes of kinds_asked.py, asked for 1e-1 .. 1e-4 by turns. A run has to end within --limit CPU seconds with the accuracy kept or with a
+Scenes of kinds/asked.py, asked for 1e-1 .. 1e-4 by turns. A run has to end within --limit CPU seconds with the accuracy kept or with a
 warning; exit 1 if one is wrong without a word, or too slow. The table goes between the markers 'asked' and 'end asked' of a Markdown page.
 """
 import argparse
@@ -13,7 +13,7 @@ import tempfile
 import numpy as np
 
 sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).parents[1])]
-from kinds_asked import KINDS  # noqa: E402
+from kinds.asked import KINDS  # noqa: E402
 from run_trust import Program, compare  # noqa: E402
 
 

@@ -23,33 +23,22 @@ import tempfile
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices here are small: threads only wait for each other
 sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).parents[1])]
-import plain_bodies  # noqa: E402
-import plain_effects  # noqa: E402
-import plain_events  # noqa: E402
-import plain_fifth  # noqa: E402
-import plain_fourth  # noqa: E402
-import plain_new  # noqa: E402
-import plain_scales  # noqa: E402
-import plain_second  # noqa: E402
-import plain_sixth  # noqa: E402
-import plain_third  # noqa: E402
-import plain_states  # noqa: E402
-from plain_case import CASES, Modes  # noqa: E402
+import cases.bodies  # noqa: E402, F401
+import cases.effects  # noqa: E402, F401
+import cases.elastic_machines  # noqa: E402, F401
+import cases.events  # noqa: E402, F401
+import cases.frames  # noqa: E402, F401
+import cases.mechanisms  # noqa: E402, F401
+import cases.scales  # noqa: E402, F401
+import cases.second_order  # noqa: E402, F401
+import cases.small_motions  # noqa: E402, F401
+import cases.states  # noqa: E402, F401
+import cases.stresses  # noqa: E402, F401
+import cases.touching  # noqa: E402, F401
+import cases.toys  # noqa: E402, F401
+from cases.case import CASES, Modes  # noqa: E402
 from run_trust import Program, compare, replace_table  # noqa: E402
 
-MODULES = (
-    plain_effects,
-    plain_events,
-    plain_scales,
-    plain_states,
-    plain_bodies,
-    plain_new,
-    plain_second,
-    plain_third,
-    plain_fourth,
-    plain_fifth,
-    plain_sixth,
-)
 BAD = ("silent", "slow", "broken", "not refused")
 
 

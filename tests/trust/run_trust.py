@@ -30,23 +30,23 @@ import time
 import numpy as np
 
 sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).parents[1])]
-import kinds_asked  # noqa: E402
-import kinds_contact  # noqa: E402
-import kinds_coupled  # noqa: E402
-import kinds_effects  # noqa: E402
-import kinds_exact  # noqa: E402
-import kinds_frames  # noqa: E402
-import kinds_machines  # noqa: E402
-import kinds_motion  # noqa: E402
-import kinds_plane  # noqa: E402
-import kinds_random  # noqa: E402
-import kinds_read  # noqa: E402
-import kinds_rich  # noqa: E402
-import kinds_states  # noqa: E402
-import kinds_statics  # noqa: E402
-import kinds_touch  # noqa: E402
-import kinds_wide  # noqa: E402
-import kinds_written  # noqa: E402
+import kinds.asked  # noqa: E402
+import kinds.contact  # noqa: E402
+import kinds.coupled  # noqa: E402
+import kinds.effects  # noqa: E402
+import kinds.exact  # noqa: E402
+import kinds.frames  # noqa: E402
+import kinds.machines  # noqa: E402
+import kinds.motion  # noqa: E402
+import kinds.plane  # noqa: E402
+import kinds.random  # noqa: E402
+import kinds.read  # noqa: E402
+import kinds.rich  # noqa: E402
+import kinds.states  # noqa: E402
+import kinds.statics  # noqa: E402
+import kinds.touch  # noqa: E402
+import kinds.wide  # noqa: E402
+import kinds.written  # noqa: E402
 from shards import add_shard, in_shard  # noqa: E402
 
 # What continuous integration runs: one scene of a kind, those whose truth costs little.
@@ -110,23 +110,23 @@ SHORT = [
     "governor",
 ]
 KINDS = (
-    kinds_statics.KINDS
-    + kinds_motion.KINDS
-    + kinds_contact.KINDS
-    + kinds_rich.KINDS
-    + kinds_effects.KINDS
-    + kinds_wide.KINDS
-    + kinds_asked.KINDS
-    + kinds_touch.KINDS
-    + kinds_read.KINDS
-    + kinds_coupled.KINDS
-    + kinds_exact.KINDS
-    + kinds_frames.KINDS
-    + kinds_machines.KINDS
-    + kinds_states.KINDS
-    + kinds_random.KINDS
-    + kinds_written.KINDS
-    + kinds_plane.KINDS
+    kinds.statics.KINDS
+    + kinds.motion.KINDS
+    + kinds.contact.KINDS
+    + kinds.rich.KINDS
+    + kinds.effects.KINDS
+    + kinds.wide.KINDS
+    + kinds.asked.KINDS
+    + kinds.touch.KINDS
+    + kinds.read.KINDS
+    + kinds.coupled.KINDS
+    + kinds.exact.KINDS
+    + kinds.frames.KINDS
+    + kinds.machines.KINDS
+    + kinds.states.KINDS
+    + kinds.random.KINDS
+    + kinds.written.KINDS
+    + kinds.plane.KINDS
 )
 DEFAULT_CLAIM, ESTIMATES = 0.01, 5.0
 # Of the largest number of a reaction: what is less is rounding. In runs of the richer model it grows where a direction is unstable (a rope

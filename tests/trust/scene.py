@@ -3,8 +3,8 @@ import math
 from dataclasses import dataclass, field
 from typing import Callable
 
-from scene_text import joint, output
-from truths import of_rectangles, torsion_rectangle
+from scene_text import joint, output  # noqa: F401 - output for whoever imports from here
+from truths.formulas import of_rectangles, torsion_rectangle
 
 MATERIALS = [
     {"E": 2.1e11, "rho": 7850.0, "poisson": 0.3},

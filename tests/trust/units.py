@@ -17,7 +17,6 @@ import sys
 import tempfile
 import tomllib
 
-import numpy as np
 
 sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).parents[1])]
 import run_trust  # noqa: E402
