@@ -1,8 +1,8 @@
 """Puts sources together for clang-tidy: `python3 tests/tidy_groups.py BUILD FILE...` (called by tests/tidy.sh).
 
 Most of clang-tidy's time goes into the headers of Eigen, which every source includes: sixteen sources in one unit cost a tenth of sixteen
-units. clang's analyzer treats a .cpp that the unit includes as the unit's own code. Sources that name the same helper at the outermost level do
-not meet in a unit; a unit that the compiler refuses nevertheless is halved until it compiles.
+units. clang's analyzer treats a .cpp that the unit includes as the unit's own code. Sources that name the same helper at the outermost
+level do not meet in a unit; a unit that the compiler refuses nevertheless is halved until it compiles.
 
 Reads BUILD/compile_commands.json; writes BUILD/groups/group_N.cpp and BUILD/groups/compile_commands.json; prints the groups' files.
 Exit 1 with the compiler's words where a source alone does not compile, or has no command.
@@ -60,7 +60,7 @@ def arguments_of(command):
 
 
 def unit(build, commands, files, number):
-    """Writes the unit of these files; its entry of the compile commands. A name of one source may stand in another as a local one: no -Wshadow."""
+    """Writes the unit of these files; returns its compile command. A helper of one source may be a local name in another: no -Wshadow."""
     path = os.path.join(build, "groups", f"group_{number}.cpp")
     with open(path, "w", encoding="utf-8") as file:
         file.writelines(f'#include "{os.path.abspath(source)}"\n' for source in files)
