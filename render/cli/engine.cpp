@@ -177,6 +177,7 @@ std::string build_id(const dl_phdr_info& info) {
   for (int k = 0; k < info.dlpi_phnum; ++k) {
     const ElfW(Phdr)& segment = info.dlpi_phdr[k];
     if (segment.p_type != PT_NOTE) continue;
+    // NOLINTNEXTLINE(performance-no-int-to-ptr): the loader gives the address of a segment as a number
     const char *at = reinterpret_cast<const char*>(info.dlpi_addr + segment.p_vaddr), *const end = at + segment.p_memsz;
     while (at + sizeof(ElfW(Nhdr)) <= end) {
       ElfW(Nhdr) note;

@@ -317,7 +317,7 @@ void resolve_linear(Image16& image, const Image& backdrop, const PixelRect& area
       glm::vec4 sum(0.0f);
       for (int j = 0; j < n; ++j)
         for (int i = 0; i < n; ++i) {
-          const std::size_t k = 4 * (std::size_t(bottom + j) * samples.width + x * n + i);
+          const std::size_t k = 4 * (std::size_t(bottom + j) * samples.width + std::size_t(x) * n + i);
           const std::uint8_t mark = samples.colors[k + 3];
           glm::vec4 c = behind;
           if (mark != 0) {

@@ -59,8 +59,7 @@ class Shading {
         map_(picture.scalar_map),
         studio_(picture.lighting.studio),
         n_(samples.per_pixel) {
-    for (std::size_t i = 0; i < view.colors.size(); ++i) {
-      const std::uint32_t c = view.colors[i];
+    for (const std::uint32_t c : view.colors) {
       const glm::vec3 root = glm::vec3(c & 1023u, c >> 10 & 1023u, c >> 20) * (1.0f / 1023.0f);
       colors_.push_back(root * root);
     }
@@ -172,6 +171,7 @@ class Shading {
         const auto levels = static_cast<float>(map_.levels);
         at = (std::min(std::floor(at * levels), levels - 1.0f) + 0.5f) / levels;
       }
+      // NOLINTNEXTLINE(bugprone-incorrect-roundings): at >= 0, and lround would be a call for every pixel
       return colors_[static_cast<std::size_t>(at * static_cast<float>(color_steps - 1) + 0.5f)];
     }
     if (!s.colors.empty()) return to_linear(share.x * s.colors[t.x] + share.y * s.colors[t.y] + share.z * s.colors[t.z]);

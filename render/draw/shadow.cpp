@@ -280,10 +280,11 @@ Mask ground_shadow(const ShadowMap& map, const LightFrame& light, const GroundFr
   Patch<2> soft(map, rim, {0.0f, 0.0f});
   Patch<1> sharp(map, rim, {0.0f});
   const ShadowMap::Texel* texel = map.texels.data();
+  const int left = map.x / ratio, below = map.y / ratio;
   for (int y = 0; y < map.height / ratio; ++y)
     for (int x = 0; x < map.width / ratio; ++x, ++texel) {
       if (texel->cover <= 0.0f) continue;
-      const double s = (map.x / ratio + x + 0.5) / n, t = (map.y / ratio + y + 0.5) / n;
+      const double s = (left + x + 0.5) / n, t = (below + y + 0.5) / n;
       const double height = (mo.z + ds * (s - mo.x) + dt * (t - mo.y) - static_cast<double>(texel->depth)) * light.depth_range;
       // What is below the ground throws no shadow on it.
       if (height < -2.0 * light.texel) continue;

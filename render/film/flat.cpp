@@ -50,8 +50,8 @@ std::vector<double> flat_ticks(const FlatAxis& a) {
       if (factor > 1.0 || (a.high - a.low) / step <= 10.0) step *= factor;
       if ((a.high - a.low) / step <= 10.0) break;
     }
-    for (double value = step * std::ceil(a.low / step - 1e-9); value <= a.high + 1e-9 * step; value += step)
-      out.push_back(std::abs(value) < 1e-9 * step ? 0.0 : value);
+    const double first = std::ceil(a.low / step - 1e-9), last = std::floor(a.high / step + 1e-9);
+    for (int k = 0; first + k <= last; ++k) out.push_back(step * (first + k));
     return out;
   }
   const bool dense = a.high - a.low < 2.0;

@@ -43,8 +43,8 @@ struct BodySight {
 std::vector<BodySight> sights(const Animation& animation) {
   std::vector<BodySight> out(animation.bodies.size());
   const sim::Results& results = *animation.results;
-  for (size_t b = 0; b < out.size(); ++b)
-    for (const double s : animation.scales) out[b].scale = std::max(out[b].scale, s);
+  for (BodySight& body : out)
+    for (const double s : animation.scales) body.scale = std::max(body.scale, s);
   for (const int k : looked_at(animation, pictures_looked_at)) {
     const PictureViews views(animation, k);
     const SamplePlace place = find_sample(results.times, picture_time(animation, k));
@@ -75,7 +75,8 @@ std::vector<sim::Vec3> far_corners(const BodyModel& model) {
 double middle_of(const sim::BeamDef& beam) {
   const int pieces = beam.model == sim::BeamModel::mixed ? beam.volumes * beam.elements : beam.elements;
   const bool elements = beam.model == sim::BeamModel::finite_element || (beam.model == sim::BeamModel::mixed && beam.modes.empty());
-  return elements && pieces > 1 ? static_cast<double>(pieces / 2) / pieces : 0.5;
+  const int before = pieces / 2;
+  return elements && pieces > 1 ? static_cast<double>(before) / pieces : 0.5;
 }
 
 // Names of places of the body, which it gets where it lacks them.

@@ -250,6 +250,7 @@ render::Mesh make_rigid_mesh(const sim::RigidDef& body, std::span<const HoldingP
     build = box_with_bars(body, apart, block);
   } else {
     std::vector<glm::dvec3> points;
+    points.reserve(apart.size());
     for (const HoldingPlace& one : apart) points.push_back(one.at);
     // Wide enough for the pins of the picture, never so wide that a short link is a disc.
     const double width = std::min(0.04 * size, 0.25 * reach), thickness = 0.3 * width * (1.0 + 0.12 * (index % 4));

@@ -271,6 +271,7 @@ std::vector<int> shown_points(const StudyOverview& o) {
   for (size_t k = 1; k < front.size() && chosen.size() < std::min<size_t>(4, front.size()); ++k) take(k * front.size() / 4 % front.size());
   for (size_t k = 0; k < front.size() && chosen.size() < std::min<size_t>(4, front.size()); ++k) take(k);
   std::vector<int> out;
+  out.reserve(chosen.size());
   for (const int at : chosen) out.push_back(front[static_cast<size_t>(at)]);
   return out;
 }

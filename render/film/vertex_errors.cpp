@@ -127,6 +127,7 @@ glm::dvec2 PictureViews::pixel(const glm::dvec3& world) const {
 std::vector<int> looked_at(const Animation& animation, int most) {
   std::vector<int> out;
   const int n = std::min(most, animation.count);
+  out.reserve(static_cast<size_t>(std::max(n, 0)));
   for (int k = 0; k < n; ++k) out.push_back(n < 2 ? 0 : static_cast<int>(static_cast<long long>(k) * (animation.count - 1) / (n - 1)));
   return out;
 }
@@ -137,6 +138,7 @@ VertexDistance vertices_apart(const Animation& animation, const sim::Results& ot
   VertexDistance out;
   const std::vector<int> pictures = looked_at(animation, most);
   std::vector<PictureViews> views;
+  views.reserve(pictures.size());
   for (const int k : pictures) views.emplace_back(animation, k);
   for (size_t b = 0; b < results.bodies.size(); ++b) {
     const BodyModel& model = animation.bodies[b];

@@ -67,9 +67,10 @@ Ticks bar_ticks(const ScalarMap& map, double factor, int most) {
   std::vector<Tick> between = std::move(ticks.values);
   if (decades) {
     between.clear();
+    const auto first = static_cast<int>(std::floor(std::log10(lower * scale))),
+               last = static_cast<int>(std::floor(std::log10(upper * scale)));
     for (const double lead : {1.0, 2.0, 5.0})
-      for (double power = std::pow(10.0, std::floor(std::log10(lower * scale))); power <= upper * scale; power *= 10.0)
-        between.push_back({lead * power, text(lead * power)});
+      for (int k = first; k <= last; ++k) between.push_back({lead * std::pow(10.0, k), text(lead * std::pow(10.0, k))});
   }
   ticks.values.clear();
   for (const double end : {upper * scale, lower * scale}) {

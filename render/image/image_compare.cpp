@@ -326,7 +326,7 @@ class Fields {
     double most = 0.0;
     for (const Field& f : sums_)
       for (const long sum : f.sum)
-        if (4 * f.pixels >= side * side) most = std::max(most, std::abs(static_cast<double>(sum)) / static_cast<double>(f.pixels));
+        if (4 * f.pixels >= long{side} * side) most = std::max(most, std::abs(static_cast<double>(sum)) / static_cast<double>(f.pixels));
     return most;
   }
 

@@ -43,6 +43,7 @@ class Reader {
     for (size_t k = 0; fits && k < shape.size(); ++k) fits = shape[k] == any || shape[k] == array->shape[k];
     if (!fits) {
       std::vector<std::string> wanted;
+      wanted.reserve(shape.size());
       for (const size_t d : shape) wanted.push_back(d == any ? "any" : fmt::format("{}", d));
       fail(name, fmt::format("has the shape ({}), ({}) is needed", fmt::join(array->shape, ", "), fmt::join(wanted, ", ")));
     }

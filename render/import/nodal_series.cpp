@@ -171,7 +171,7 @@ sim::ResultBody to_body(const NodalSeries& series, const std::string& name) {
     body.nodes.push_back({series.node_names.empty() ? fmt::format("{}", node + 1) : series.node_names[node], origin});
     body.surface.points.row(k) = origin.transpose();
     body.surface.nodes.push_back(static_cast<int>(k));
-    body.displacement.middleCols(3 * k, 3) = series.displacement.middleCols(3 * node, 3);
+    body.displacement.middleCols(3 * k, 3) = series.displacement.middleCols(3 * Eigen::Index{node}, 3);
     if (series.von_mises.size() > 0) body.node_von_mises.col(k) = series.von_mises.col(node);
   }
   body.surface.triangles.resize(std::ssize(skin), 3);

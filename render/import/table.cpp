@@ -30,7 +30,7 @@ sim::VecX Table::series(const Column& column) const {
 }
 
 std::pair<std::string, std::string> split_column_name(std::string text) {
-  const auto trimmed = [](std::string s) {
+  const auto trimmed = [](const std::string& s) {
     const auto first = s.find_first_not_of(" \t"), last = s.find_last_not_of(" \t");
     return first == std::string::npos ? std::string() : s.substr(first, last - first + 1);
   };

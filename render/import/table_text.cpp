@@ -126,11 +126,10 @@ std::vector<int> bracketed_counts(std::string_view line) {
 
 // Components of an EXUDYN sensor by the type that its header names (exudyn manual, OutputVariableType).
 std::vector<std::string> exudyn_components(std::string_view type) {
-  const std::vector<std::string> xyz = {"x", "y", "z"};
   if (type == "RotationMatrix") return {"r11", "r12", "r13", "r21", "r22", "r23", "r31", "r32", "r33"};
   if (type == "Position" || type == "Displacement" || type == "Velocity" || type == "Acceleration" || type == "Rotation" ||
       type == "AngularVelocity" || type == "AngularVelocityLocal" || type == "VelocityLocal" || type == "Force" || type == "Torque")
-    return xyz;
+    return {"x", "y", "z"};
   return {};
 }
 

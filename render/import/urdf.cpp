@@ -63,7 +63,7 @@ class Robot {
  private:
   [[noreturn]] void fail(const std::string& message) const { throw InputError(fmt::format("{}: {}", path_.string(), message)); }
   std::string name_of(const pugi::xml_node& node) const {
-    const std::string name = node.attribute("name").as_string();
+    std::string name = node.attribute("name").as_string();
     if (name.empty() || name.find('/') != std::string::npos) fail(fmt::format("a <{}> has no name, or one with '/'", node.name()));
     return name;
   }

@@ -101,7 +101,7 @@ NodalSeries to_series(std::vector<VtkMoment> moments, const std::string& kind, c
   series.times = times_of(moments, request);
   const Eigen::Index nt = series.times.size(), n = std::ssize(first.points) / 3;
   double size = 0.0, moved = 0.0;
-  for (size_t k = 0; k < first.points.size(); ++k) size = std::max(size, std::abs(first.points[k]));
+  for (const auto coordinate : first.points) size = std::max(size, std::abs(coordinate));
   for (const VtkMoment& moment : moments)
     for (size_t k = 0; k < first.points.size(); ++k) moved = std::max(moved, std::abs(moment.points[k] - first.points[k]));
   const bool by_points = moved > 1e-12 * size;

@@ -29,6 +29,7 @@ void bind_errors(py::module_& m) {
   static PyObject* map = kind("MapError", py::make_tuple(error), "Sound input that no kernel map can serve.");
   static PyObject* draw = kind("DrawError", py::make_tuple(error), "Drawing is not possible.");
   static PyObject* file = kind("FileError", py::make_tuple(error, py::handle(PyExc_OSError)), "A file that cannot be read or written.");
+  // NOLINTNEXTLINE(performance-unnecessary-value-param): the type that pybind11 wants
   py::register_exception_translator([](std::exception_ptr p) {
     try {
       if (p) std::rethrow_exception(p);

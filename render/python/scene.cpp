@@ -78,6 +78,7 @@ std::shared_ptr<sim::Results> simulate(const Scene& given, const std::variant<st
 
 std::vector<std::string> names(const auto& list) {
   std::vector<std::string> out;
+  out.reserve(list.size());
   for (const auto& item : list) out.push_back(item.name);
   return out;
 }
