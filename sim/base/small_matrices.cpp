@@ -250,6 +250,14 @@ bool cholesky(const MatX& D, MatX& L) {
     L(0, 0) = std::sqrt(D(0, 0));
     return D(0, 0) > 0.0;
   }
+  if (stride == n) {
+    for (int j = 0; j < n; ++j) {
+      double* const to = L.data() + static_cast<std::ptrdiff_t>(j) * n;
+      std::fill_n(to, j, 0.0);
+      std::copy(&D(j, j), &D(j, j) + (n - j), to + j);
+    }
+    return factorise_padded(L.data(), n, n);
+  }
   static thread_local std::vector<double> padded;
   padded.assign(static_cast<size_t>(stride) * stride, 0.0);
   double* const base = padded.data();

@@ -203,6 +203,13 @@ double quadratic_form(const MatX& A, const VecX& x) {
   return x.dot(product);
 }
 
+// Twice the energy of elastic rates by themselves. Normal modes, whose stiffness is a diagonal, have unit mass.
+template <class Body, class Terms>
+double elastic_square(const Body& body, const Terms& terms, const VecX& qd) {
+  if (body.stiffness.size() > 0 && terms.Mee.size() == 0) return qd.squaredNorm();
+  return quadratic_form(elastic_mass(body, terms), qd);
+}
+
 }  // namespace
 
 double strain_energy(const FlexibleBody& body, const VecX& q) {
@@ -214,13 +221,13 @@ double strain_energy(const FlexibleBody& body, const VecX& q) {
 
 double kinetic_energy(const FlexibleBody& body, const BodyTerms& terms, const Vec6& V, const VecX& qd) {
   double e = 0.5 * V.dot(terms.Mrr * V);
-  if (body.n > 0) e += V.dot(terms.Mre * qd) + 0.5 * quadratic_form(elastic_mass(body, terms), qd);
+  if (body.n > 0) e += V.dot(terms.Mre * qd) + 0.5 * elastic_square(body, terms, qd);
   return e;
 }
 
 double kinetic_energy(const PlaneBody& body, const PlaneTerms& terms, const Vec3& V, const VecX& qd) {
   double e = 0.5 * V.dot(terms.Mrr * V);
-  if (body.n > 0) e += V.dot(momentum(terms.Mre, qd)) + 0.5 * quadratic_form(elastic_mass(body, terms), qd);
+  if (body.n > 0) e += V.dot(momentum(terms.Mre, qd)) + 0.5 * elastic_square(body, terms, qd);
   return e;
 }
 

@@ -251,8 +251,14 @@ VecX closure_row_scales(const Model& model, const W& work, int cluster) {
 }
 
 bool deformation_closes(const Model& model, const Partition& partition, int cluster) {
-  const std::vector<int>& dep = partition.dep;
-  return std::any_of(dep.begin(), dep.end(), [&](int k) { return rate_scale(model, cluster, k) == 0.0; });
+  const Cluster& c = model.clusters[cluster];
+  for (const int i : c.parts) {
+    const Part& p = model.parts[i];
+    if (p.body.n == 0) continue;
+    for (const int k : partition.dep)
+      if (const int e = c.v0 + k - p.ev0; e >= 0 && e < p.body.n) return true;
+  }
+  return false;
 }
 
 double rate_scale(const Model& model, int cluster, int rate) {

@@ -118,8 +118,10 @@ void rest_forces(const Model& model, Work& work, const std::vector<VecX>* elasti
     sizes[i].moment += p.terms.md.norm() * model.settings.gravity.norm();
     out.scale = std::max({out.scale, inertia.head<3>().norm(), p.load.head<3>().norm(), p.load.tail<3>().norm() / model.size});
     if (p.qdd.size() == 0) continue;
-    need[i].noalias() += p.terms.Mre * p.qdd;
-    const VecX carried = p.terms.Mre.transpose() * p.A, own = elastic_inertia(model.parts[i].body, p.terms, p.qdd);
+    const bool accelerates = !p.qdd.isZero(0.0);
+    if (accelerates) need[i].noalias() += p.terms.Mre * p.qdd;
+    const VecX carried = p.terms.Mre.transpose() * p.A;
+    const VecX own = accelerates ? elastic_inertia(model.parts[i].body, p.terms, p.qdd) : VecX(VecX::Zero(p.qdd.size()));
     sizes[i].elastic = p.terms.ce.cwiseAbs() + p.elastic.cwiseAbs() + p.load_e.cwiseAbs() + carried.cwiseAbs() + own.cwiseAbs();
     p.fe = p.terms.ce + p.elastic - p.load_e + carried + own;
   }

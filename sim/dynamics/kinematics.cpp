@@ -392,13 +392,12 @@ Pose shown_pose(const Model& model, int part, Work& work) {
   Pose out;
   if (!shown.differs) return out;
   update_frame_pose(model, shown.root, work);
-  update_frame_pose(model, shown.tip, work);
   const Pose& root = work.frames[shown.root].pose;
+  if (shown.boundary == Boundary::clamped_free) return root;
+  update_frame_pose(model, shown.tip, work);
   const Vec3 chord = work.frames[shown.tip].pose.p - root.p;
   out.p = root.p;
-  if (shown.boundary == Boundary::clamped_free) {
-    out.R = root.R;
-  } else if (shown.boundary == Boundary::supported_supported) {
+  if (shown.boundary == Boundary::supported_supported) {
     // x along the chord, turned about it as the root section is.
     const Vec3 x = chord.normalized();
     const Vec3 y = (root.R.col(1) - x.dot(root.R.col(1)) * x).normalized();

@@ -7,6 +7,7 @@
 #include "sim/dynamics/kinematics.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace flexframe::sim {
@@ -20,9 +21,11 @@ FLEXFRAME_INLINE AnyFour& four(double* p) { return *reinterpret_cast<AnyFour*>(p
 FLEXFRAME_INLINE const AnyFour& four(const double* p) { return *reinterpret_cast<const AnyFour*>(p); }
 FLEXFRAME_INLINE double sum(const Four& s) { return (s[0] + s[1]) + (s[2] + s[3]); }
 
-constexpr int most = 24;         // equations
-constexpr int most_joints = 8;   // independent rates of joints
-constexpr int least_modes = 10;  // below, the mass matrix is as cheap
+constexpr int most = 24;                    // equations
+constexpr int most_parts = most / 3;        // each has three equations at least
+constexpr int most_rates = 3 * most_parts;  // of their joints
+constexpr int most_joints = 8;              // independent ones of these
+constexpr int least_modes = 10;             // below, the mass matrix is as cheap
 
 // Rows of U^T over the modes of one body, and the equation that each belongs to (ascending).
 struct RowsOf {
@@ -110,18 +113,19 @@ void turn_rows(const PlanePose& a, const double* in, int n, bool add, double* ou
 }
 
 // S = L diag(d) L^T in place, without pivoting: S is negative definite in the bodies' momenta and positive in the rest, which factorises in
-// any order. False where a pivot has another sign.
-bool factorise(double (*S)[most], const bool* negative, int r) {
+// any order. Of the pivots the inverses are kept, zeros in their places. False where one has another sign.
+bool factorise(double (*S)[most], double* inverse, const bool* negative, int r) {
   double scaled[most];
   for (int k = 0; k < r; ++k) {
     double pivot = S[k][k];
     for (int j = 0; j < k; ++j) {
       scaled[j] = S[k][j];
-      S[k][j] = scaled[j] * S[j][j];
+      S[k][j] = scaled[j] * inverse[j];
       pivot -= scaled[j] * S[k][j];
     }
     if (!(negative[k] ? pivot < 0.0 : pivot > 0.0)) return false;
-    S[k][k] = 1.0 / pivot;
+    inverse[k] = 1.0 / pivot;
+    S[k][k] = 0.0;
     for (int i = k + 1; i < r; ++i) {
       double x = S[i][k];
       for (int j = 0; j < k; ++j) x -= S[i][j] * S[k][j];
@@ -130,12 +134,16 @@ bool factorise(double (*S)[most], const bool* negative, int r) {
   }
   return true;
 }
-void solve_factor(const double (*S)[most], int r, double* x) {
+// Above the diagonal S is zero as far as fours reach.
+FLEXFRAME_WIDE
+void solve_factor(const double (*S)[most], const double* inverse, int r, double* x) {
   for (int i = 1; i < r; ++i)
     for (int j = 0; j < i; ++j) x[i] -= S[i][j] * x[j];
-  for (int i = 0; i < r; ++i) x[i] *= S[i][i];
-  for (int i = r; i-- > 0;)
-    for (int j = 0; j < i; ++j) x[j] -= S[i][j] * x[i];
+  for (int i = 0; i < r; ++i) x[i] *= inverse[i];
+  for (int i = r; i-- > 1;) {
+    const double a = x[i];
+    for (int j = 0; j < i; j += 4) four(x + j).v -= four(S[i] + j).v * a;
+  }
 }
 
 // I = R R^T; what is left of a diagonal by rounding counts as nothing.
@@ -152,10 +160,10 @@ Mat3 root_of(const Mat3& I) {
 
 // Of a part: what its frame does per rate.
 struct Reach {
-  std::vector<Vec3> joints;           // its twist per rate of the cluster's joints
-  std::vector<char> moved_by;         // per part of the cluster
-  std::vector<const double*> raw, U;  // per part: its twist per mode of that, three rows; with the dependent rates. Null: none
-  bool follows = false;               // a dependent rate moves it
+  std::array<Vec3, most_rates> joints;           // its twist per rate of the cluster's joints
+  std::array<char, most_parts> moved_by;         // per part of the cluster
+  std::array<const double*, most_parts> raw, U;  // per part: its twist per mode of that, three rows; with the dependent rates. Null: none
+  bool follows = false;                          // a dependent rate moves it
   bool rigid = false, weightless = false, idle = false;  // idle: nothing acts on it nor hangs on it
   int first = -1;                                        // of its equations
   Mat3 root = Mat3::Zero();
@@ -175,7 +183,7 @@ struct Scratch {
   std::vector<int> dep;         // of the dependent rates the same
   std::vector<std::vector<double>> room;
   size_t taken = 0;
-  double S[most][most];
+  double S[most][most], inverse[most];
   bool negative[most];
   Joints joints;
   double* take(int count) {
@@ -220,10 +228,10 @@ struct Solver {
     Reach& r = s.reach[at];
     const PartMotion<Plane>& p = motion(at);
     const size_t np = c.parts.size();
-    r.joints.assign(static_cast<size_t>(joint_rates), Vec3::Zero());
-    r.moved_by.assign(np, 0);
-    r.raw.assign(np, nullptr);
-    r.U.assign(np, nullptr);
+    std::fill_n(r.joints.begin(), joint_rates, Vec3::Zero());
+    std::fill_n(r.moved_by.begin(), np, 0);
+    std::fill_n(r.raw.begin(), np, nullptr);
+    std::fill_n(r.U.begin(), np, nullptr);
     r.moved_by[at] = 1;
     r.idle = is_idle(at);
     const bool inside = hangs_inside(model, c.parts[at]);
@@ -341,7 +349,7 @@ struct Solver {
 
   // The bodies' own part of the equations: momenta first, then twists.
   void start_equations() {
-    for (int i = 0; i < equations; ++i) std::fill_n(s.S[i], i + 1, 0.0), s.negative[i] = false;
+    for (int i = 0; i < equations; ++i) std::fill_n(s.S[i], (i + 4) & ~3, 0.0), s.negative[i] = false;
     for (size_t at = 0; at < c.parts.size(); ++at) {
       const Reach& r = s.reach[at];
       if (r.first < 0) continue;
@@ -378,7 +386,7 @@ struct Solver {
       std::copy_n(t.data(), 3, u + r.first + (r.rigid ? 0 : 3));
     }
     std::copy_n(u, equations, all.solved[all.count]);
-    solve_factor(s.S, equations, all.solved[all.count]);
+    solve_factor(s.S, s.inverse, equations, all.solved[all.count]);
     cw.a[index] = h;
     all.whole[all.count] = inertia;
     all.place[all.count++] = static_cast<int>(index);
@@ -409,7 +417,7 @@ struct Solver {
   // S g = g + U_j^T v and U_j g = v: from right-hand sides to the frames' unknowns g and the joints' accelerations v.
   void solve_equations(double* g, double* v) const {
     const Joints& all = s.joints;
-    solve_factor(s.S, equations, g);
+    solve_factor(s.S, s.inverse, equations, g);
     for (int i = 0; i < all.count; ++i) {
       for (int e = 0; e < equations; ++e) v[i] -= all.U[i][e] * g[e];
       for (int k = 0; k < i; ++k) v[i] -= all.L[i][k] * v[k];
@@ -425,7 +433,7 @@ struct Solver {
   // What the unknowns g and v leave of the equations, the modes' accelerations being x; of the joints' forces h.
   void residual(const double* x, const double* g, const double* v, const double* h, double* left, double* of_joints) const {
     const Joints& all = s.joints;
-    std::fill_n(left, equations, 0.0);
+    std::fill_n(left, most, 0.0);
     for (size_t a = 0; a < c.parts.size(); ++a) add_dots(s.rows[a], x + s.rows[a].first, left);
     for (int i = 0; i < all.count; ++i) {
       of_joints[i] = h[i];
@@ -500,7 +508,7 @@ struct Solver {
       add_squares(s.rows[a], s.S);
     }
     cw.L.resize(0, 0);
-    return factorise(s.S, s.negative, equations) && factorise_joints();
+    return factorise(s.S, s.inverse, s.negative, equations) && factorise_joints();
   }
 };
 

@@ -163,7 +163,7 @@ void frame_columns(const Model& model, const OutputPlans& plans, const OutputPla
   if (wanted == Quantity::velocity || wanted == Quantity::angular_velocity || wanted == Quantity::acceleration) {
     update_frame_position(model, plan.frame, work);
     update_frame_velocity(model, plan.frame, work);
-  } else {
+  } else if (!plan.stands) {
     update_frame_pose(model, plan.frame, work);
   }
   const Pose pose = frame_world(model, work, plan.frame);
@@ -192,8 +192,8 @@ void frame_columns(const Model& model, const OutputPlans& plans, const OutputPla
   for (int k = 0; k < 3; ++k) out[k] = v[k];
 }
 
-void energy_columns(const Model& model, const OutputPlan& plan, Work& work, double* out) {
-  const Energy e = compute_energy(model, work, plan.system ? -1 : plan.body);
+void energy_columns(const Model& model, const OutputPlan& plan, Work& work, const Energy* whole, double* out) {
+  const Energy e = plan.system && whole ? *whole : compute_energy(model, work, plan.system ? -1 : plan.body);
   switch (plan.def.quantity) {
     case Quantity::kinetic:
       out[0] = e.kinetic;
@@ -293,7 +293,7 @@ double section_stress(const OutputPlan& plan, const Vec6& f) {
 }  // namespace
 
 void evaluate_outputs(const Model& model, const OutputPlans& plans, Work& work, const Reactions& reactions, const double* previous,
-                      double* row) {
+                      double* row, const Energy* energy) {
   if (plans.sections) plans.sections->evaluate(model, work, reactions);
   for (const OutputPlan& plan : plans.outputs) {
     double* out = row + plan.first;
@@ -323,7 +323,7 @@ void evaluate_outputs(const Model& model, const OutputPlans& plans, Work& work, 
         else coordinate_force_columns(model, plan, work, out);
         break;
       case OutputFamily::energy:
-        energy_columns(model, plan, work, out);
+        energy_columns(model, plan, work, energy, out);
         break;
       case OutputFamily::elastic: {
         const bool rates = plan.def.quantity == Quantity::qd;

@@ -1,6 +1,7 @@
 // The columns of the history: what a scene's [[output]] tables ask for, evaluated at the current state of the work space.
 #pragma once
 
+#include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/reactions.h"
 #include "sim/dynamics/section_forces.h"
 #include "sim/dynamics/work.h"
@@ -21,6 +22,7 @@ struct OutputPlan {
   OutputDef def;
   int frame = -1;                  // frame outputs
   int relative_to = -1;            // frame from which they are seen, -1: the world
+  bool stands = false;             // an output before it has made the pose of its frame
   int joint_part = -1, loop = -1;  // joint outputs
   int body = -1;                   // body outputs (scene index)
   bool system = false;
@@ -56,9 +58,9 @@ OutputFamily family_of(Quantity quantity);
 OutputPlans plan_outputs(Model& model, const Scene& scene, bool all_shown = false);
 
 // Writes all columns for the current state. `previous`: the columns one sample before (rotations are continued through full turns), or
-// null.
+// null. energy: of the whole system, where it is known already.
 void evaluate_outputs(const Model& model, const OutputPlans& plans, Work& work, const Reactions& reactions, const double* previous,
-                      double* row);
+                      double* row, const Energy* energy = nullptr);
 
 // Coordinate and rate of a cut joint with one coordinate (revolute, prismatic).
 double loop_value(const Model& model, const Work& work, int loop);

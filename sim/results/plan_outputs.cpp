@@ -285,6 +285,26 @@ OutputFamily family_of(Quantity quantity) {
   }
 }
 
+namespace {
+
+// Outputs of one frame share its pose within a sample: the tip's position and its displacement.
+void share_frames(const Model& model, std::vector<OutputPlan>& outputs) {
+  std::vector<int> made;
+  for (OutputPlan& plan : outputs) {
+    if (family_of(plan.def.quantity) != OutputFamily::frame || plan.relative_to >= 0) continue;
+    const FramePoint& f = model.frames[plan.frame];
+    const auto same = std::find_if(made.begin(), made.end(), [&](int at) {
+      const FramePoint& g = model.frames[at];
+      return f.part == g.part && f.node == g.node && f.offset.R == g.offset.R && f.offset.p == g.offset.p;
+    });
+    plan.stands = same != made.end();
+    if (plan.stands) plan.frame = *same;
+    else made.push_back(plan.frame);
+  }
+}
+
+}  // namespace
+
 OutputPlans plan_outputs(Model& model, const Scene& scene, bool all_shown) {
   OutputPlans plans;
   plans.shown.resize(scene.bodies.size());
@@ -318,6 +338,7 @@ OutputPlans plan_outputs(Model& model, const Scene& scene, bool all_shown) {
   for (OutputPlan& plan : plans.outputs)
     if (family_of(plan.def.quantity) == OutputFamily::combination)
       find_reads(plan, plans.outputs, plans.columns, fmt::format("{}:{}: output '{}'", scene.file.string(), plan.def.line, plan.def.name));
+  share_frames(model, plans.outputs);
   // Once all frames are known.
   if (sections) plans.sections = std::make_shared<SectionForces>(model, scene);
   return plans;

@@ -242,7 +242,7 @@ void Recorder::record(System& system, double t, const VecX& y) {
     results_.supplied[row] = y[y.size() - 2];
     results_.dissipated[row] = y[y.size() - 1];
   }
-  evaluate_outputs(model, plans_, work, reactions_, row > 0 ? table_.col(row - 1).data() : nullptr, table_.col(row).data());
+  evaluate_outputs(model, plans_, work, reactions_, row > 0 ? table_.col(row - 1).data() : nullptr, table_.col(row).data(), &e);
 }
 
 Results Recorder::finish(const System&) {
@@ -269,8 +269,8 @@ void HistoryRecorder::record(System& system, double t, const VecX& y) {
   refresh(system, t, y, plans_.accelerations, plans_.reactions, reactions_);
   const Eigen::Index row = row_++;
   MatX& table = histories_.values;
-  evaluate_outputs(system.model, plans_, system.work, reactions_, row > 0 ? table.col(row - 1).data() : nullptr, table.col(row).data());
   const Energy e = compute_energy(system.model, system.work);
+  evaluate_outputs(system.model, plans_, system.work, reactions_, row > 0 ? table.col(row - 1).data() : nullptr, table.col(row).data(), &e);
   histories_.energy_scale = std::max({histories_.energy_scale, e.kinetic, e.strain});
   raise_scales(system, e, plans_.reactions, reactions_, histories_.scales);
 }

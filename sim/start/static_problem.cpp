@@ -3,6 +3,7 @@
 #include "sim/base/eigen_solvers.h"
 #include "sim/dynamics/closure.h"
 #include "sim/dynamics/dynamics.h"
+#include "sim/dynamics/kinematics.h"
 
 #include <algorithm>
 
@@ -79,7 +80,7 @@ void load_at_rest(const Model& model, Work& work) {
 }
 
 StaticProblem static_problem(const Model& model, Work& work) {
-  return {model, model.settings.gravity, work.expression_value, work.motion, work, {}, {}, {}, false};
+  return {model, model.settings.gravity, work.expression_value, work.motion, work, {}, {}, {}, false, {}, false};
 }
 
 void StaticProblem::load(double share) {
@@ -88,13 +89,32 @@ void StaticProblem::load(double share) {
   for (size_t i = 0; i < motion.size(); ++i) work.motion[i] = {motion[i].value, share * motion[i].rate, share * motion[i].acceleration};
 }
 
+namespace {
+
+// update_positions, the masses of those parts alone that have deformed since: of a beam of many pieces one is moved at a time.
+void update_moved(const Model& model, bool elastic_masses, std::vector<VecX>& weighed, Work& work) {
+  for (size_t c = 0; c < model.clusters.size(); ++c) {
+    close_positions(model, static_cast<int>(c), work);
+    update_cluster_world(model, static_cast<int>(c), work);
+  }
+  for (size_t i = 0; i < model.parts.size(); ++i) {
+    PartWork& p = work.parts[i];
+    if (weighed[i].size() > 0 && weighed[i] == p.q) continue;
+    update_mass(kinetic_body(model, work, static_cast<int>(i)), p.q, p.terms, elastic_masses);
+    weighed[i] = p.q;
+  }
+}
+
+}  // namespace
+
 bool StaticProblem::evaluate(const std::vector<VecX>* elastic, VecX& f) {
   // Where nothing moves, no elastic coordinate accelerates either.
   const bool moves =
       std::any_of(work.motion.begin(), work.motion.end(), [](const TimeJet& jet) { return jet.rate != 0.0 || jet.acceleration != 0.0; });
   try {
-    update_positions(model, work, moves);
-    update_velocities(model, work);
+    if (weighed.empty()) update_positions(model, work, moves);
+    else update_moved(model, moves, weighed, work);
+    if (moves || !stands) update_velocities(model, work);
     rest_forces(model, work, elastic, rest);
   } catch (const SimulationError&) {
     return false;
@@ -114,10 +134,19 @@ void StaticProblem::find_directions(const Sought& what) {
 }
 
 bool StaticProblem::stiffness(MatX& K) {
+  weighed.assign(model.parts.size(), {});
+  const bool made = difference(K);
+  weighed.clear();
+  stands = false;
+  return made;
+}
+
+bool StaticProblem::difference(MatX& K) {
   const Eigen::Index n = static_cast<Eigen::Index>(sought.size());
   VecX base, f;
   std::vector<VecX> elastic(model.parts.size());
   if (!evaluate(nullptr, base)) return false;
+  stands = work.w.isZero(0.0);
   for (size_t i = 0; i < model.parts.size(); ++i) elastic[i] = work.parts[i].elastic;
   // Rates that a unit rate of each direction makes, for the elastic stiffness.
   const VecX q = work.q, w = work.w;

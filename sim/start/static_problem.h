@@ -37,6 +37,9 @@ struct StaticProblem {
   VecX scale;  // metres per unit
   RestForces rest;
   bool by_size = false;  // loops are closed by whatever moves most (close_by_size), not by joints first
+  // Within stiffness: per part the elastic coordinates whose mass was made last. Elsewhere empty: everything is made anew.
+  std::vector<VecX> weighed;
+  bool stands = false;  // and whether no rate moves anything: twists are zero then, wherever it stands
 
   // That share of all loads.
   void load(double share);
@@ -45,6 +48,9 @@ struct StaticProblem {
   void find_directions(const Sought& what);
   // -df/dx in metres: the elastic stiffness exactly, the rest by differences.
   bool stiffness(MatX& K);
+
+ private:
+  bool difference(MatX& K);
 };
 StaticProblem static_problem(const Model& model, Work& work);
 

@@ -1,6 +1,7 @@
 #include "sim/start/statics.h"
 
 #include "sim/base/eigen_solvers.h"
+#include "sim/base/small_matrices.h"
 #include "sim/dynamics/closure.h"
 #include "sim/dynamics/dynamics.h"
 #include "sim/scene/joint_kinds.h"
@@ -30,14 +31,24 @@ struct Found {
   bool rest = false;
   bool crossed = false;  // the way led over states at which the stiffness is not positive definite
   int worst = 0;         // the direction with the largest force left
+  MatX tangent;          // stiffness at the place of rest where it was needed there, else empty
 };
 
 // Of the stiffest direction.
 constexpr double rounding_of_stiffness = 1e-12;
 
+bool same_directions(const std::vector<Direction>& a, const std::vector<Direction>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Direction& x, const Direction& y) { return x.v == y.v; });
+}
+
 // One search at the present share of the loads.
 Found search(StaticProblem& p, const Sought& what, Way way, StaticSolution& out) {
   Found found;
+  MatX K;
+  bool serves = false;  // K is still that of the place, to the digits of its differences, along these:
+  std::vector<Direction> along;
+  // A step of a tenth of what the differences take changes it by less than they err.
+  constexpr double little = 1e-7;
   double damping = 0.0, last = -1.0;
   for (int iteration = 0; iteration < (way == Way::downhill ? 400 : 50); ++iteration) {
     p.find_directions(what);
@@ -49,9 +60,13 @@ Found search(StaticProblem& p, const Sought& what, Way way, StaticSolution& out)
     out.residual = f.cwiseAbs().maxCoeff(&found.worst);
     // Nothing is left of the forces but rounding: a few hundred roundings of the largest of them, through O(n) bodies.
     found.rest = out.residual <= 1e-13 * p.rest.scale;
-    if (found.rest) return found;
-    MatX K;
-    if (!p.stiffness(K)) return found;
+    serves = serves && same_directions(p.sought, along);
+    if (found.rest) {
+      if (serves) found.tangent = std::move(K);
+      return found;
+    }
+    if (!serves && !p.stiffness(K)) return found;
+    along = p.sought;
     ++out.iterations;
     const MatX S = 0.5 * (K + K.transpose());
     const double stiffest = std::max(S.diagonal().cwiseAbs().maxCoeff(), p.rest.scale / p.model.size);
@@ -61,8 +76,11 @@ Found search(StaticProblem& p, const Sought& what, Way way, StaticSolution& out)
       // What turns freely has no stiffness but its rounding, of either sign.
       found.crossed = found.crossed || damping > 2.0 * rounding_of_stiffness * stiffest;
     }
-    const MatX tangent = K + damping * MatX::Identity(n, n);
-    const VecX x = solve_square(tangent, f);
+    MatX factors = K + damping * MatX::Identity(n, n);
+    std::vector<int> order;
+    VecX x(n), follows(n);
+    if (!(factorise(factors, order) > 0.0)) return found;
+    solve(factors, order, f.data(), x.data());
     if (!x.allFinite()) return found;
     const double longest = x.cwiseAbs().maxCoeff(&found.worst);
     // The last step no longer mends anything: rounding of the forces, or of places where a stiff body resists them (fifty roundings of the
@@ -70,11 +88,15 @@ Found search(StaticProblem& p, const Sought& what, Way way, StaticSolution& out)
     const double rounding = std::max(1e-8 * p.rest.scale, 1e-14 * p.model.size * stiffest);
     if (damping <= 1e-9 * stiffest && longest <= 1e-9 * p.model.size && out.residual <= rounding) {
       found.rest = last >= 0.0 && out.residual >= 0.5 * last;
-      if (found.rest) return found;
+      if (found.rest) {
+        found.tangent = std::move(K);
+        return found;
+      }
       last = out.residual;
     } else {
       f.cwiseAbs().maxCoeff(&found.worst);
     }
+    serves = longest <= little * p.model.size;
     double share = std::min(1.0, 0.5 * p.model.size / longest);
     const VecX q = p.work.q;
     const double slope = f.dot(x);
@@ -84,7 +106,8 @@ Found search(StaticProblem& p, const Sought& what, Way way, StaticSolution& out)
       accepted = p.evaluate(nullptr, next);
       if (accepted) {
         // The step that would follow with the same stiffness: shorter, if this one led nearer.
-        const double correction = solve_square(tangent, next).norm();
+        solve(factors, order, next.data(), follows.data());
+        const double correction = follows.norm();
         // Downhill: still pushed along the step, or back by less than half of what pushed at its start, without leaving what stiff bodies
         // allow.
         accepted = way == Way::nearest
@@ -99,6 +122,7 @@ Found search(StaticProblem& p, const Sought& what, Way way, StaticSolution& out)
       found.rest = out.residual <= rounding && longest <= 1e-8 * p.model.size;
       if (found.rest || way == Way::nearest || damping > 1e3 * stiffest) return found;
       damping = std::max(100.0 * damping, 1e-9 * stiffest);
+      serves = true;
       continue;
     }
     damping *= share > 0.4 ? 0.1 : 1.0;
@@ -168,12 +192,19 @@ bool is_conservative(const StaticProblem& p) {
 // Whether the mechanism stays at an equilibrium that was found: no pole of its small motions grows. Where coordinates are held in the
 // search, or modes cannot be had, by the stiffness along those that were sought (softer than 1e-9 of the stiffest is neutral, to the digits
 // of the differences).
-Stability find_stability(StaticProblem& p, const Sought& what) {
+// tangent: the stiffness there, if it is known already, else empty.
+Stability find_stability(StaticProblem& p, const Sought& what, MatX tangent = {}) {
   p.find_directions(what);
   const size_t all = independent_directions(p.model, p.work).size();
   if (p.sought.empty()) return {};
   // Eigenvalues relative to the diagonal, so that soft coordinates count like stiff ones; the differences err by 1e-6 of those.
-  if (MatX K; is_conservative(p) && p.stiffness(K) && K.diagonal().minCoeff() > 0.0) {
+  MatX K = std::move(tangent);
+  const auto made = [&] {
+    if (K.rows() == static_cast<Eigen::Index>(p.sought.size()) || p.stiffness(K)) return true;
+    K.resize(0, 0);
+    return false;
+  };
+  if (is_conservative(p) && made() && K.diagonal().minCoeff() > 0.0) {
     const VecX unit = K.diagonal().cwiseSqrt().cwiseInverse();
     const MatX S = unit.asDiagonal() * (0.5 * (K + K.transpose())) * unit.asDiagonal() - 1e-4 * MatX::Identity(K.rows(), K.cols());
     if (Cholesky(S).info() == Eigen::Success) return {};
@@ -196,8 +227,7 @@ Stability find_stability(StaticProblem& p, const Sought& what) {
       return out;
     } catch (const SimulationError&) {}
   }
-  MatX K;
-  if (!p.stiffness(K)) return {};
+  if (!made()) return {};
   const VecX eigenvalues = SymmetricEigen(0.5 * (K + K.transpose()), Eigen::EigenvaluesOnly).eigenvalues();
   const bool falls = eigenvalues[0] <= -1e-9 * eigenvalues.cwiseAbs().maxCoeff();
   return {!falls, falls, 0.0, 0.0, 0.0};
@@ -317,13 +347,14 @@ void find_rest(StaticProblem& p, const Sought& what, const Scene& scene, const V
     const Raised raised = raise_loads(p, what, start, out);
     out.snapped = raised.snapped;
     if (!raised.found.rest && !found.rest) refuse(scene, p, what, raised, start);
+    found.tangent = raised.found.tangent;
     if (!raised.found.rest) {
       p.load(1.0);
       p.work.q = direct;
       found = search(p, what, Way::downhill, out);
     }
   }
-  out.stability = find_stability(p, what);
+  out.stability = find_stability(p, what, std::move(found.tangent));
 }
 
 }  // namespace
