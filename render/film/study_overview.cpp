@@ -81,52 +81,6 @@ std::string power_words(double tolerance) {
   return std::abs(power - whole) < 1e-9 ? fmt::format("1e{:.0f}", whole) : fmt::format("{:.1e}", tolerance);
 }
 
-// The reference: finer until the time is spent. error: in pixels, of the last one by the one before.
-struct Reference {
-  std::shared_ptr<sim::Results> results;
-  sim::Scene scene;
-  double pixels = 0.0;
-  std::string words;
-};
-
-std::optional<Reference> make_reference(const sim::Scene& scene, const RenderSettings& settings, const Runner& runner, double seconds) {
-  const double from = runner.spent();
-  const bool follow = undamped_beams(scene) && scene.simulation.method == sim::Method::automatic;
-  std::optional<Reference> out;
-  double factor = 2.0, tolerance = 1e-7, last = 0.0;
-  constexpr int most_levels = 4;
-  for (int level = 0; level < most_levels; ++level) {
-    sim::Scene fine = refined(scene, factor, tolerance, follow);
-    if (follow) fine.simulation.method = sim::Method::exponential;
-    const double left = seconds - (runner.spent() - from);
-    if (out && left < usual_growth * last) break;
-    bool too_long = false;
-    std::shared_ptr<sim::Results> results = runner.run(fine, std::max(0.2, left), too_long);
-    if (!results) {
-      if (out || tolerance > 1e-4) break;
-      // Too dear from the start: something looser is better than nothing.
-      tolerance *= 100.0;
-      factor = 1.0;
-      continue;
-    }
-    Reference next{results, fine, 0.0, ""};
-    last = results->statistics.cpu_seconds;
-    next.words = fmt::format("{}{}, tolerance {}", factor > 1.0 ? fmt::format("{:g} times the resolution, ", factor) : "",
-                             results->statistics.method, power_words(tolerance));
-    if (out) {
-      const Animation animation = make_animation(*next.results, settings, &fine);
-      next.pixels = vertices_apart(animation, *out->results, &out->scene, pictures_compared).pixels;
-    } else {
-      next.pixels = -1.0;  // not known yet
-    }
-    out = std::move(next);
-    if (out->pixels >= 0.0 && out->pixels < 0.01) break;
-    factor = std::min(4.0, factor * 2.0);
-    tolerance = std::max(1e-10, 0.1 * tolerance);
-  }
-  return out;
-}
-
 // Elements or modes of the beams in words: "10 elements", "3/8 elements"; empty: none.
 std::string resolution_words(const sim::Scene& scene) {
   std::vector<int> counts;
@@ -138,7 +92,7 @@ std::string resolution_words(const sim::Scene& scene) {
     std::string kind = beam->keep_modes ? "modes" : "elements";
     if (beam->model == sim::BeamModel::mixed) n = beam->volumes, kind = "volumes";
     if (beam->model == sim::BeamModel::modal) {
-      n = 0, kind = "modes";
+      n = 0, kind = "eigenforms";
       for (const auto& [direction, numbers] : beam->modes)
         if (!numbers.empty()) n = std::max(n, *std::max_element(numbers.begin(), numbers.end()));
     }
@@ -154,10 +108,74 @@ std::string resolution_words(const sim::Scene& scene) {
   return fmt::format("{} {}", numbers, kinds.size() == 1 ? *kinds.begin() : "elements or modes");
 }
 
+// The reference: finer until the time is spent. error: in pixels, of the last one by the one before.
+struct Reference {
+  std::shared_ptr<sim::Results> results;
+  sim::Scene scene;
+  double pixels = 0.0;
+  std::string words;
+};
+
+std::optional<Reference> make_reference(const sim::Scene& scene, const RenderSettings& settings, const Runner& runner, double seconds) {
+  const double from = runner.spent();
+  const bool elements = with_elements(scene, 1.0).has_value();  // of beams that the scene has as eigenforms
+  const bool follow = undamped_beams(scene) && scene.simulation.method == sim::Method::automatic;
+  std::optional<Reference> out;
+  double factor = elements ? 1.0 : 2.0, tolerance = 1e-7, last = 0.0, factor_made = factor, tolerance_made = tolerance;
+  const bool resolves = !resolution_words(scene).empty();
+  const auto scene_at = [&](double times, double at) {
+    sim::Scene fine = elements ? *with_elements(scene, times) : refined(scene, times, at, follow);
+    fine.simulation.tolerance = at;
+    if (follow) fine.simulation.method = sim::Method::exponential;
+    return fine;
+  };
+  constexpr int most_levels = 4;
+  for (int level = 0; level < most_levels; ++level) {
+    const sim::Scene fine = scene_at(factor, tolerance);
+    const double left = seconds - (runner.spent() - from);
+    if (out && left < usual_growth * last) break;
+    bool too_long = false;
+    std::shared_ptr<sim::Results> results = runner.run(fine, std::max(0.2, left), too_long);
+    if (!results) {
+      if (out || tolerance > 1e-4) break;
+      // Too dear from the start: something looser is better than nothing.
+      tolerance *= 100.0;
+      factor = 1.0;
+      continue;
+    }
+    factor_made = factor, tolerance_made = tolerance;
+    Reference next{results, fine, 0.0, ""};
+    last = results->statistics.cpu_seconds;
+    next.words = fmt::format("{}{}{}, tolerance {}", elements ? "finite elements, " : "",
+                             factor > 1.0 && resolves ? fmt::format("{:g} times the resolution, ", factor) : "", results->statistics.method,
+                             power_words(tolerance));
+    if (out) {
+      const Animation animation = make_animation(*next.results, settings, &fine);
+      next.pixels = vertices_apart(animation, *out->results, &out->scene, pictures_compared).pixels;
+    } else {
+      next.pixels = -1.0;  // not known yet
+    }
+    out = std::move(next);
+    if (out->pixels >= 0.0 && out->pixels < 0.01) break;
+    factor = std::min(4.0, factor * 2.0);
+    tolerance = std::max(1e-10, 0.1 * tolerance);
+  }
+  if (out && out->pixels < 0.0) {
+    // Nothing finer in its time: what something coarser is off by is more than its own error.
+    const sim::Scene coarse = scene_at(0.5 * factor_made, 10.0 * tolerance_made);
+    bool too_long = false;
+    if (const auto results = runner.run(coarse, std::max(0.5, last), too_long)) {
+      const Animation animation = make_animation(*out->results, settings, &out->scene);
+      out->pixels = vertices_apart(animation, *results, &coarse, pictures_compared).pixels;
+    }
+  }
+  return out;
+}
+
 // A setting whose tolerances are gone down.
 struct Ladder {
   sim::Scene scene;
-  std::string words;
+  std::string words, series;  // series: with the method of its first run
   bool done = false;
   double last = 0.0;
 };
@@ -183,6 +201,13 @@ std::vector<Ladder> ladders_of(const sim::Scene& scene) {
     add(2.0, false);
     if (undamped_beams(scene)) add(2.0, true);
   }
+  for (const double factor : {1.0, 0.5})
+    if (std::optional<sim::Scene> elements = with_elements(scene, factor)) {
+      elements->simulation.accuracy.reset();
+      elements->simulation.picture_accuracy.reset();
+      const std::string words = resolution_words(*elements);
+      out.push_back({std::move(*elements), words, "", false, 0.0});
+    }
   return out;
 }
 
@@ -236,13 +261,16 @@ double motion_of(const Animation& animation) {
   return out;
 }
 
+// Its error, and where that is below what the truth is known to, this.
+double known_pixels(const StudyOverview& o, const OverviewPoint& p) { return std::max(p.pixels, o.reference_pixels); }
+
 void find_front(StudyOverview& o) {
   std::vector<size_t> order(o.points.size());
   for (size_t i = 0; i < order.size(); ++i) order[i] = i;
   std::sort(order.begin(), order.end(), [&](size_t a, size_t b) { return o.points[a].cpu() < o.points[b].cpu(); });
   double best = 1e300;
   for (const size_t i : order)
-    if (o.points[i].pixels < 0.9 * best) o.points[i].front = true, best = o.points[i].pixels;
+    if (known_pixels(o, o.points[i]) < 0.9 * best) o.points[i].front = true, best = known_pixels(o, o.points[i]);
   const double own = std::max(0.0, o.reference_pixels);
   for (const size_t i : order)
     if (o.points[i].pixels + own <= half_pixel) {
@@ -253,7 +281,10 @@ void find_front(StudyOverview& o) {
     if (o.points[i].front) o.recommended = static_cast<int>(i);
 }
 
-// Four points of the front: the cheapest, the recommended, the best, and one between.
+// Errors below which pictures are alike, px.
+constexpr double floor_of_pictures = 0.02;
+
+// Four points of the front: the cheapest, the recommended, and those between and beyond whose pictures are least like these.
 std::vector<int> shown_points(const StudyOverview& o) {
   std::vector<int> front;
   for (size_t i = 0; i < o.points.size(); ++i)
@@ -265,11 +296,22 @@ std::vector<int> shown_points(const StudyOverview& o) {
   const auto take = [&](size_t at) { chosen.insert(static_cast<int>(at)); };
   if (front.empty()) return {};
   take(0);
-  take(front.size() - 1);
   const auto recommended = std::find(front.begin(), front.end(), o.recommended);
   if (recommended != front.end()) take(static_cast<size_t>(recommended - front.begin()));
-  for (size_t k = 1; k < front.size() && chosen.size() < std::min<size_t>(4, front.size()); ++k) take(k * front.size() / 4 % front.size());
-  for (size_t k = 0; k < front.size() && chosen.size() < std::min<size_t>(4, front.size()); ++k) take(k);
+  // The others where their pictures are least like those taken: by the largest gap in errors.
+  const auto error = [&](int at) { return std::log10(std::max(floor_of_pictures, o.points[static_cast<size_t>(at)].pixels)); };
+  const auto gap_of = [&](size_t k) {
+    double gap = 1e300;
+    for (const int c : chosen) gap = std::min(gap, std::abs(error(front[k]) - error(front[static_cast<size_t>(c)])));
+    return gap;
+  };
+  while (chosen.size() < std::min<size_t>(4, front.size())) {
+    size_t best = 0;
+    for (size_t k = 1; k < front.size(); ++k)
+      if (gap_of(k) > gap_of(best)) best = k;
+    if (gap_of(best) <= 0.0) break;
+    take(best);
+  }
   std::vector<int> out;
   out.reserve(chosen.size());
   for (const int at : chosen) out.push_back(front[static_cast<size_t>(at)]);
@@ -296,12 +338,31 @@ bool whole_cost_tells(const StudyOverview& o) {
   return high > 3.0 * low;
 }
 
+// "below half a pixel" in its ground (x, y, width, height), where the fewest of the lines from `first` on run.
+void write_below_half(FlatDrawing& d, size_t first, const glm::dvec4& ground) {
+  constexpr double wide = 140.0, high = 26.0;
+  const auto in_the_way = [&](double x) {
+    int out = 0;
+    for (size_t k = first; k < d.strokes.size(); ++k)
+      for (size_t i = 1; i < d.strokes[k].points.size(); ++i)
+        for (double share = 0.0; share <= 1.0; share += 0.02) {
+          const glm::dvec2 at = glm::mix(d.strokes[k].points[i - 1], d.strokes[k].points[i], share);
+          out += at.x > x && at.x < x + wide && at.y > ground.y && at.y < ground.y + high;
+        }
+    return out;
+  };
+  double best = ground.x + ground.z - wide - 8.0;
+  for (const double x : {ground.x + 0.5 * (ground.z - wide), ground.x + 8.0})
+    if (in_the_way(x) < in_the_way(best)) best = x;
+  d.words.push_back({{best, ground.y + 20.0}, "below half a pixel", 15, {0.16f, 0.48f, 0.25f}, FlatAnchor::left});
+}
+
 FlatDrawing plot(const StudyOverview& o, const std::vector<int>& shown) {
   const double floor = 1e-3;  // of what is drawn, px
   const bool whole = whole_cost_tells(o);
   const double drawing = o.points.front().cpu_pictures;  // the same for all
   const auto cost = [&](const OverviewPoint& p) { return std::max(1e-4, whole ? p.cpu() : p.cpu_run); };
-  const auto error = [&](const OverviewPoint& p) { return std::max(floor, p.pixels); };
+  const auto error = [&](const OverviewPoint& p) { return std::max(floor, known_pixels(o, p)); };
   double x0 = 1e300, x1 = 0.0, y0 = half_pixel, y1 = half_pixel;
   for (const OverviewPoint& p : o.points) {
     x0 = std::min(x0, cost(p)), x1 = std::max(x1, cost(p));
@@ -318,7 +379,7 @@ FlatDrawing plot(const StudyOverview& o, const std::vector<int>& shown) {
   for (const double t : flat_ticks(x)) {
     d.strokes.push_back({{{left + w * x.at(t), top}, {left + w * x.at(t), top + h}}, 1.0, flat_faint, 1.0f, 0.0});
     const glm::dvec2 below{left + w * x.at(t), top + h + 22};
-    d.words.push_back({below, whole ? flat_tick_text(t) : fmt::format("{:.3g}", t + drawing), 15, flat_ink, FlatAnchor::middle});
+    d.words.push_back({below, whole ? flat_tick_text(t) : fmt::format("{:.4g}", t + drawing), 15, flat_ink, FlatAnchor::middle});
     if (!whole) d.words.push_back({below + glm::dvec2(0, 19), flat_tick_text(t), 14, flat_grey, FlatAnchor::middle});
   }
   for (const double t : flat_ticks(y)) {
@@ -329,7 +390,6 @@ FlatDrawing plot(const StudyOverview& o, const std::vector<int>& shown) {
   }
   d.words.push_back({{d.width - 4.0, top - 5}, "of the motion", 13, flat_grey, FlatAnchor::right});
   d.strokes.push_back({{{left, edge}, {left + w, edge}}, 2.0, {0.20f, 0.58f, 0.30f}, 1.0f, 7.0});
-  d.words.push_back({{left + w - 8, edge + 20}, "below half a pixel", 15, {0.16f, 0.48f, 0.25f}, FlatAnchor::right});
   if (o.reference_pixels > 0.0 && y.at(o.reference_pixels) > 0.0 && y.at(o.reference_pixels) < 1.0) {
     const double below = at(x0, o.reference_pixels).y;
     d.strokes.push_back({{{left, below}, {left + w, below}}, 1.2, flat_grey, 1.0f, 3.0});
@@ -346,6 +406,7 @@ FlatDrawing plot(const StudyOverview& o, const std::vector<int>& shown) {
   for (const OverviewPoint& p : o.points)
     if (p.front) front.push_back(&p);
   std::sort(front.begin(), front.end(), [&](const auto* a, const auto* b) { return cost(*a) < cost(*b); });
+  const size_t first_line = d.strokes.size();
   FlatStroke stairs{{}, 7.0, flat_faint * 0.93f, 1.0f, 0.0};
   for (size_t k = 0; k < front.size(); ++k) {
     if (k > 0) stairs.points.push_back(at(cost(*front[k]), error(*front[k - 1])));
@@ -366,6 +427,7 @@ FlatDrawing plot(const StudyOverview& o, const std::vector<int>& shown) {
     }
     if (line.points.size() > 1) d.strokes.push_back(line);
   }
+  write_below_half(d, first_line, {left, edge, w, top + h - edge});
   // The pictures' letters, each beside its point where no other letter stands, and the recommended point.
   std::vector<glm::dvec2> letters;
   for (size_t k = 0; k < shown.size(); ++k) {
@@ -457,7 +519,7 @@ void words_beside(render::Image& image, const StudyOverview& o) {
     text.y += 8.0;
     text.write(p.name, 23, flat_ink, render::Weight::bold);
     text.y += 6.0;
-    text.write(fmt::format("{} off at most{}: {:.2g} % of the motion", run, with_map, p.percent), 18, flat_ink);
+    text.write(fmt::format("{} off at most{}: {:.2g}\u00a0% of the motion", run, with_map, p.percent), 18, flat_ink);
     text.write(fmt::format("{} of CPU to simulate, {} for map and drawing of {} pictures", seconds_words(p.cpu_run),
                            seconds_words(p.cpu_pictures), o.pictures),
                18, flat_ink);
@@ -545,7 +607,7 @@ void draw_figure(StudyOverview& o, const std::string& title, const Pictured& of,
                       render::fit_text(fmt::format("{}  {}", static_cast<char>('A' + k), p.name), 17, column, render::Weight::bold), 17,
                       best ? glm::vec3(0.80f, 0.15f, 0.10f) : flat_ink, render::Weight::bold);
     render::draw_text(o.figure, {double(x), top - 7.0},
-                      fmt::format("{} off at most, {}{}", pixels_words(p.pixels), seconds_words(p.cpu_run), best ? mark : ""), 15,
+                      fmt::format("{} off at most, {}{}", pixels_words(known_pixels(o, p)), seconds_words(p.cpu_run), best ? mark : ""), 15,
                       flat_ink);
     if (k > 0) continue;
     const glm::dvec2 at{x + 8.0, top + 2.0 * row + gap - 9.0};
@@ -599,8 +661,10 @@ std::optional<StudyOverview> study_overview(const sim::Scene& given, const Overv
       const sim::SolverStatistics& s = results->statistics;
       ladder.last = s.cpu_seconds;
       Made m;
-      m.point.series = ladder.words.empty() ? s.method : fmt::format("{}, {}", s.method, ladder.words);
-      m.point.name = fmt::format("{}, {}", m.point.series, power_words(tolerance));
+      const std::string own = ladder.words.empty() ? s.method : fmt::format("{}, {}", s.method, ladder.words);
+      if (ladder.series.empty()) ladder.series = own;
+      m.point.series = ladder.series;
+      m.point.name = fmt::format("{}, {}", own, power_words(tolerance));
       m.point.tolerance = tolerance;
       m.point.cpu_run = s.cpu_seconds;
       m.point.cpu_pictures = drawing;

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
 
 namespace flexframe::film {
 namespace {
@@ -176,6 +177,33 @@ Scene refined(const Scene& scene, double factor, double tolerance, bool explicit
     if (keeps(beam)) most = std::max(most, beam.elements);
   });
   if (explicit_steps && most > 0) keep_below_one_frequency(out, std::max(2, (most + 1) / 2), false);
+  return out;
+}
+
+std::optional<Scene> with_elements(const Scene& scene, double factor) {
+  std::map<std::string, std::map<std::string, int>> highest;  // of a body, in each direction
+  bool others = false;
+  for (const sim::BodyDef& b : scene.bodies) {
+    const auto* beam = std::get_if<BeamDef>(&b.kind);
+    if (!beam || !bends(*beam)) continue;
+    others = others || beam->model != BeamModel::modal || !frame_only(*beam);
+    for (const auto& [direction, numbers] : beam->modes)
+      highest[b.name][direction] = std::max(1, scaled(*std::max_element(numbers.begin(), numbers.end()), factor));
+  }
+  if (others || highest.empty() || names_nodes(scene) || counts_coordinates(scene)) return std::nullopt;
+  Scene out = scene;
+  set_form(out, states_of(scene), BeamModel::finite_element, 1);
+  for (sim::BodyDef& b : out.bodies) {
+    auto* beam = std::get_if<BeamDef>(&b.kind);
+    if (!beam || !highest.contains(b.name)) continue;
+    const std::map<std::string, int>& of = highest.at(b.name);
+    int most = 1;
+    for (const auto& [direction, n] : of) most = std::max(most, n);
+    beam->keep_modes = most;
+    if (of.contains("axial")) beam->keep_axial = of.at("axial");
+    if (of.contains("torsion")) beam->keep_torsion = of.at("torsion");
+    beam->elements = sim::elements_to_compare(most);
+  }
   return out;
 }
 
