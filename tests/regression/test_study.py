@@ -152,4 +152,17 @@ with temporary_folder() as folder:
         expect(summary["evaluations"] < dearest, f"slider-crank: {summary['evaluations']} evaluations for {asked:g}")
     # Where the loosest run fails (the slider sticks for good where it cannot), a tighter one is taken.
     run("simulate", examples / "dlr_slider_crank.toml", "--csv", folder / "a.csv", "--accuracy", "1e-2")
+# A beam of eigenforms on a hinge with a stop, whose moment at the root none of them has: the truth has finite elements, and so has what
+# keeps half a pixel. Eigenforms are tens of pixels off, and more of them hardly less.
+with temporary_folder() as folder:
+    words = ["--set", "simulation.duration=0.4", "--axes", "tolerance", "--repeats", "1", "--seconds", "6"]
+    run("study", examples / "beams/blade.toml", "-o", pathlib.Path(folder) / "blade", *words)
+    figure = json.loads((pathlib.Path(folder) / "blade/study.json").read_text())["pictures_against_time"]
+    expect(figure["reference"].startswith("finite elements"), f"the blade's truth: {figure['reference']}")
+    expect(0 <= figure["reference_pixels"] < 0.1, f"the blade's truth is off by {figure['reference_pixels']}")
+    best = figure["points"][figure["recommended"]]
+    expect("modes" in best["name"] and best["pixels"] < 0.1, f"recommended for the blade: {best}")
+    forms = [p["pixels"] for p in figure["points"] if "eigenforms" in p["series"]]
+    expect(len(forms) > 1 and min(forms) > 5, f"eigenforms: {forms}")
+
 finish()

@@ -34,7 +34,7 @@ def apart(history, other):
     for name, b in other.items():
         for part in (slice(0, 3), slice(3, 6)) if b.shape[1] == 6 else (slice(None),):
             span = np.ptp(b[:, part], axis=0).max()
-            if span > max(1e-5 * abs(b[:, part]).max(), 1e-9 * abs(b).max()):  # not a moment that is zero by construction
+            if span > max(1e-5 * abs(b[:, part]).max(), 1e-9 * abs(b).max(), 1e-12):  # not a moment or a rate that is zero by construction
                 worst = max(worst, np.linalg.norm(history[name][:, part] - b[:, part], axis=1).max() / span)
     return float(worst)
 
