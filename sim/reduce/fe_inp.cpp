@@ -70,8 +70,7 @@ void InpResolver::place_spaces() {
   }
   // Numbers of a later instance are moved where they are taken.
   int highest = 0, offset = 0;
-  for (size_t n = 0; n < spaces.size(); ++n) {
-    InpSpace& s = spaces[n];
+  for (InpSpace& s : spaces) {
     const InpScope& from = deck.scopes[s.scope];
     s.first_node = static_cast<int>(model.nodes.size());
     int top = 0;

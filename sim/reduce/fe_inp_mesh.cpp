@@ -98,7 +98,7 @@ void InpTableReader::read_set(InpSet& set, const std::unordered_map<int, int>& t
 }
 
 void InpTableReader::read_ngen() {
-  if (f.size() < 2 || (k.has("LINE") && up("LINE") != ""))
+  if (f.size() < 2 || (k.has("LINE") && !up("LINE").empty()))
     return refuse("*NGEN: only nodes on a straight line, 'first, last, step', can be made");
   const int first = integer(f[0], "first"), last = integer(f[1], "last"), by = f.size() > 2 && !f[2].empty() ? integer(f[2], "step") : 1;
   const auto a = s().node_at.find(first), b = s().node_at.find(last);

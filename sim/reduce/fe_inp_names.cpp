@@ -198,6 +198,7 @@ std::vector<std::vector<int>> InpResolver::faces_of(int space, const std::string
 
 std::vector<int> InpResolver::in_model(const FeElement& e, const std::vector<int>& places) const {
   std::vector<int> out;
+  out.reserve(places.size());
   for (int k : places) out.push_back(model.connectivity[e.first + k]);
   return out;
 }

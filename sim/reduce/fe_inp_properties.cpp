@@ -347,10 +347,11 @@ void InpTableReader::read_equation() {
     }
   }
   for (std::string_view part : f) terms.emplace_back(part);
-  if (static_cast<int>(terms.size()) < 3 * wanted) return;
+  const size_t entries = 3 * static_cast<size_t>(wanted);
+  if (terms.size() < entries) return;
   InpEquation made;
   made.place = at;
-  for (size_t i = 0; i + 2 < static_cast<size_t>(3 * wanted); i += 3) {
+  for (size_t i = 0; i + 2 < entries; i += 3) {
     InpEquation::Term t;
     t.node = inp_upper(terms[i]);
     t.dof = integer(terms[i + 1], "degree of freedom") - 1;

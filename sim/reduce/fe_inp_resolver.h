@@ -23,7 +23,7 @@ struct InpSpace {
 
 struct InpElementRef {
   int space = 0, local = 0;
-  auto operator<=>(const InpElementRef&) const = default;
+  auto operator<=>(const InpElementRef&) const = default;  // NOLINT(modernize-use-nullptr): what clang-tidy 14 sees in every <=>
 };
 
 class InpResolver {

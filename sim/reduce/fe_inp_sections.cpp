@@ -298,7 +298,8 @@ void InpResolver::add_springs(int space, const InpValue& v) {
     double stiffness = lines[axial ? 0 : 1][0] * deck.force_per_length;
     const int* nodes = &model.connectivity[e.first];
     FeLump lump;
-    VecX b = VecX::Zero(6 * e.count);
+    const Eigen::Index directions = 6 * Eigen::Index{e.count};
+    VecX b = VecX::Zero(directions);
     if (axial) {
       const Vec3 axis = model.nodes[nodes[1]] - model.nodes[nodes[0]];
       if (!(axis.norm() > 0.0)) fail(v.place, fmt::format("spring {} has no length, so no direction", e.id));
@@ -322,7 +323,7 @@ void InpResolver::add_springs(int space, const InpValue& v) {
       }
     }
     lump.K = stiffness * b * b.transpose();
-    lump.M = MatX::Zero(6 * e.count, 6 * e.count);
+    lump.M = MatX::Zero(directions, directions);
     give_lump(e, lump);
   }
 }

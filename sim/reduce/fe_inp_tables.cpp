@@ -181,7 +181,7 @@ void InpTableReader::finish_keyword() {
 }
 
 std::string InpTableReader::need(const char* key) const {
-  const std::string value = k.get(key);
+  std::string value = k.get(key);
   if (value.empty()) fail(fmt::format("*{} needs {}=...", k.name, key));
   return value;
 }

@@ -285,7 +285,8 @@ std::vector<MatX> nodal_stress(const FeModel& model, const FeSystem& system, con
     if (!wanted) continue;
     const MatX stress = element_stress(model, system, e, U);
     for (int i = 0; i < e.count; ++i)
-      if (const auto it = place.find(model.connectivity[e.first + i]); it != place.end()) sum[it->second] += stress.middleRows(6 * i, 6);
+      if (const auto it = place.find(model.connectivity[e.first + i]); it != place.end())
+        sum[it->second] += stress.middleRows(6 * Eigen::Index{i}, 6);
     for (int i = 0; i < e.count; ++i)
       if (const auto it = place.find(model.connectivity[e.first + i]); it != place.end()) ++count[it->second];
   }
