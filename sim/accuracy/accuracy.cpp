@@ -126,6 +126,8 @@ constexpr double unknown_allowance = 30.0;
 constexpr double longest_as_given = 120.0;
 // How much finer than a beam's the runs are that judge models: a beam that bends too far for a third of the asked error is made of volumes.
 constexpr double bending_share = 1.0 / 3.0;
+// CPU s for that at least: a model that does not fit costs a whole search, which ends with a warning.
+constexpr double least_model_budget = 4.0;
 
 // The scene as it stands, at the default tolerance: what the search is measured against, and what is taken where it finds nothing better.
 struct AsGiven {
@@ -169,7 +171,7 @@ std::optional<Scene> with_fit_models(const Task& t, const AsGiven& given) {
   if (!given.run || !given.loose) return std::nullopt;
   ModelCheckOptions check;
   check.asked = bending_share * t.accuracy;
-  check.budget = check_budget(given.run->cpu());
+  check.budget = std::max(least_model_budget, check_budget(given.run->cpu()));
   const Histories whole = to_histories(given.run->results);
   check.run.tolerance = given.run->loose_tolerance;
   check.run.floor = 3.0 * given.time;

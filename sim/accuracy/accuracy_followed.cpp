@@ -47,12 +47,19 @@ struct Followed {
 
   bool only_time = false;  // the run before had the same modes, which are judged
   bool whole = false;      // out.judged is the run at the setting: nothing is run again at the end
+  // What judged space, where it is to be the next round's run.
+  std::optional<JudgedRun> finer_run;
+  std::optional<Search> finer_search;
+  Setting finer_setting;
 
   Followed(Task& task, double most) : t(task), limit(most) {}
   std::optional<Histories> run_here();
   std::optional<Histories> run_within_limit();
   std::optional<Histories> run_whole();
   bool judge_all_at_once();
+  SimulateOptions whole_run() const;
+  std::optional<Histories> run_finer(Search& finer, const Setting& next);
+  bool take_finer();
   void call_effects();
   void find_what_lacks();
   bool hopeless();
@@ -86,20 +93,25 @@ void Followed::call_effects() {
   search.cpu += cpu_seconds() - start;
 }
 
-// The run as a result, with what its motion says of effects; those that it asks for are on from then on.
-std::optional<Histories> Followed::run_whole() {
+SimulateOptions Followed::whole_run() const {
   SimulateOptions o = *t.options;
   o.tolerance.reset();
   o.accuracy.reset();
   o.estimate_error = true;
   o.method = search.method;
-  const double start = cpu_seconds();
-  o.progress = [&, start](double at) {
+  o.progress = [this, start = cpu_seconds()](double at) {
     const double now = cpu_seconds();
     if (now > search.until) throw SearchSpent{};
     if (now - start > limit) throw TooDear{};
     if (t.options->progress) t.options->progress(at);
   };
+  return o;
+}
+
+// The run as a result, with what its motion says of effects; those that it asks for are on from then on.
+std::optional<Histories> Followed::run_whole() {
+  const double start = cpu_seconds();
+  const SimulateOptions o = whole_run();
   whole = false;
   std::optional<Histories> run;
   constexpr int most_calls = 3;
@@ -159,12 +171,51 @@ bool Followed::settle_time(double timely) {
   return true;
 }
 
+// Forces and accelerations converge slowly with modes, so that the run which judges is likely to be the next round's: it is made whole
+// where there is one body only, all of whose modes would be refined then.
+std::optional<Histories> Followed::run_finer(Search& finer, const Setting& next) {
+  finer_run.reset();
+  const auto slow = [](const std::string& unit) {
+    return unit == "N" || unit == "N m" || unit == "Pa" || unit == "m/s^2" || unit == "rad/s^2";
+  };
+  const bool one = std::all_of(list.begin(), list.end(), [&](const Refinement& r) { return r.body == list.front().body; });
+  if (!whole || !one || std::none_of(here->units.begin(), here->units.end(), slow)) return finer.run_within(finer.at(next), unlimited);
+  const double start = cpu_seconds();
+  std::optional<Histories> run;
+  try {
+    JudgedRun judged = run_judged(finer.at(next), whole_run(), t.accuracy, false);
+    run = at_times(to_histories(judged.results), here->times);
+    if (!finer.adopt(judged.effects)) finer_run = std::move(judged), finer_search = finer, finer_setting = next;
+  } catch (const TooDear&) {
+  } catch (const SimulationError&) {}
+  finer.cpu += cpu_seconds() - start;
+  return run;
+}
+
+// The run that judged space is the next one, where space is what lacks; false where there is none.
+bool Followed::take_finer() {
+  if (!finer_run || largest(space) <= 0.5 * largest(time) || total(0.3 * time) <= t.accuracy) return false;
+  t.coarse = *here;
+  for (Refinement& r : list) r.before = r.left = largest(space), r.grown = r.growth;
+  const double spent = search.cpu;
+  search = *finer_search;
+  search.cpu = spent;
+  setting = finer_setting;
+  out.judged = std::move(finer_run);
+  finer_run.reset();
+  here = to_histories(out.judged->results);
+  here->scales = out.judged->scales;
+  here->statistics = out.judged->results.statistics;
+  only_time = false;
+  return true;
+}
+
 // One run with more modes of every kind in all bodies tells what there is to tell; false where it tells too much.
 bool Followed::judge_all_at_once() {
   Search finer = search;
   Setting next = setting;
   for (Refinement& r : list) r.growth = finer.refine(r, next);
-  const std::optional<Histories> judge = finer.run_within(finer.at(next), unlimited);
+  const std::optional<Histories> judge = run_finer(finer, next);
   search.cpu = finer.cpu;
   if (!judge) {
     space = MatX::Constant(time.rows(), time.cols(), 2.0 * t.accuracy);
@@ -275,6 +326,7 @@ void Followed::take_looser() {
 
 // Tighter or with more modes, whichever lacks; false where neither is possible, and what there is has to do.
 bool Followed::refine() {
+  finer_run.reset();
   const Search before = search;
   const Setting at_before = setting;
   if ((t.straight ? largest(space) : worst) <= 0.5 * largest(time) || total(0.3 * time) <= t.accuracy) {
@@ -338,7 +390,7 @@ std::optional<Finished> finish_followed(Task& t, double limit) {
           f.total(f.time);
           break;
         }
-        f.find_what_lacks();
+        if (!f.finer_run) f.find_what_lacks();
       }
       lacking = largest(f.space);
       if (f.total(f.time) <= t.accuracy) {
@@ -347,7 +399,7 @@ std::optional<Finished> finish_followed(Task& t, double limit) {
       }
       last = f.out;
       last.setting = f.setting;
-      if (round == most_rounds || !f.refine()) break;
+      if (round == most_rounds || !(f.take_finer() || f.refine())) break;
     }
   } catch (const SearchSpent&) {
     // The last one that was judged, made in full: a run of known price.

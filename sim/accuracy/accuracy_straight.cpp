@@ -40,8 +40,8 @@ class Straight {
  private:
   enum class Verdict { kept, tighter, rather_follow, follow, lost };
 
-  bool run_pilot(const Scene& scene);
-  Verdict judge_time();
+  bool run_pilot(const Scene& scene, bool again = true);
+  bool follows_as_called(const Scene& scene);
   bool judge_space();
   bool decided(const LeftOutWorth& w) const;
   bool judge_deformations();
@@ -53,6 +53,7 @@ class Straight {
   double energy_share() const;
   VecX sizes_of(const Histories& h) const;
   std::optional<Histories> loose_run(const Scene& scene, double tolerance);
+  Verdict judge_time(const Scene& scene);
   MatX constant_effects(const Histories& like) const;
 
   Task& t_;
@@ -67,8 +68,9 @@ class Straight {
   double effects_ = 0.0;      // what is left out is worth
 };
 
-// The run at the tolerance, with the effects that its motion needs; false where it fails or takes too long.
-bool Straight::run_pilot(const Scene& scene) {
+// The run at the tolerance, with the effects that its motion needs; false where it fails or takes too long. Without `again` the scene has
+// them, and the run does not.
+bool Straight::run_pilot(const Scene& scene, bool again) {
   SimulateOptions o = *t_.options;
   o.tolerance = tolerance_;
   o.accuracy.reset();
@@ -80,7 +82,7 @@ bool Straight::run_pilot(const Scene& scene) {
     if (t_.options->progress) t_.options->progress(time);
   };
   try {
-    run_ = run_judged(scene, o, t_.accuracy);
+    run_ = run_judged(scene, o, t_.accuracy, again);
     if (until_ > 1e299) until_ = start + straight_allowance(cpu_seconds() - start);
   } catch (const TooDear&) {
     return false;
@@ -129,9 +131,9 @@ double Straight::energy_share() const {
 
 // A run ten times looser tells the error: a third of the difference (error_of_difference), more where three of them show that it falls
 // slowly, all of it where there are only two.
-Straight::Verdict Straight::judge_time() {
+Straight::Verdict Straight::judge_time(const Scene& scene) {
   if (!has_looser_) {
-    std::optional<Histories> loose = loose_run(run_.scene, 10.0 * tolerance_);
+    std::optional<Histories> loose = loose_run(scene, 10.0 * tolerance_);
     step_ = 0.1;
     if (!loose || loose->columns != fine_.columns) return Verdict::tighter;
     looser_ = std::move(*loose);
@@ -321,7 +323,9 @@ std::optional<Finished> Straight::followed(double within) const {
   task.straight = true;
   task.search.method = Method::exponential;
   const double modes = 1.5 * std::pow(t_.accuracy, -1.0 / 3.0);
-  task.setting = {Search::level_for_modes(modes), std::clamp(3e-4 * t_.accuracy, 1e-10, 1e-4)};
+  // Where rates decay too, steps cost what the fastest vibration asks for, whatever the tolerance.
+  const double tolerance = t_.search.undamped ? 3e-4 * t_.accuracy : std::min(3e-4 * t_.accuracy, 1e-5 * std::sqrt(t_.accuracy));
+  task.setting = {Search::level_for_modes(modes), std::clamp(tolerance, 1e-10, 1e-4)};
   task.coarse = task.loose = looser_;
   task.rigid = MatX::Zero(looser_.values.rows(), looser_.values.cols());
   task.left_out = constant_effects(looser_);
@@ -351,6 +355,23 @@ std::optional<Finished> Straight::follow_vibrations(double within) {
   return f;
 }
 
+// Whether the first run tells enough although its motion calls for more effects: its vibrations have to be followed, which is another run,
+// with them; nothing else has to be measured beside it.
+bool Straight::follows_as_called(const Scene& scene) {
+  t_.search = Search(run_.scene, *t_.options);
+  t_.search.until = until_;
+  const Verdict verdict = judge_time(scene);
+  has_looser_ = false, before_ = 0.0;
+  if (verdict != Verdict::follow || !run_.second_order.empty()) return false;
+  std::erase_if(run_.left_out, [&](const LeftOutWorth& w) {
+    return std::any_of(run_.effects.begin(), run_.effects.end(), [&](const EffectState& s) {
+      return s.on && s.effect == w.effect && std::find(w.owners.begin(), w.owners.end(), s.owner) != w.owners.end();
+    });
+  });
+  return std::none_of(run_.left_out.begin(), run_.left_out.end(),
+                      [&](const LeftOutWorth& w) { return w.possible && w.inside > 0.5 * t_.accuracy; });
+}
+
 std::optional<Finished> Straight::go(const Scene& as_given) {
   tolerance_ = std::clamp(0.1 * t_.accuracy, 1e-9, 1e-3);
   Scene scene = as_given;
@@ -358,7 +379,12 @@ std::optional<Finished> Straight::go(const Scene& as_given) {
   bool tried = false;
   for (int k = 0; k < most_tries; ++k) {
     const double last = tolerance_;
-    if (!run_pilot(scene)) {
+    bool ran = run_pilot(scene, k > 0);
+    if (ran && run_.called) {
+      if (follows_as_called(scene)) return judge_effects() ? follow_vibrations(unlimited) : std::nullopt;
+      ran = run_pilot(run_.scene);
+    }
+    if (!ran) {
       // Too loose to hold the mechanism together, perhaps.
       if (allowed_ < longest) return std::nullopt;
       tolerance_ *= 0.1;
@@ -368,7 +394,7 @@ std::optional<Finished> Straight::go(const Scene& as_given) {
     t_.search = Search(run_.scene, *t_.options);
     t_.search.until = until_;
     scene = run_.scene;
-    const Verdict verdict = judge_time();
+    const Verdict verdict = judge_time(scene);
     allowed_ = 0.5 + 20.0 * run_.results.statistics.cpu_seconds;
     if (verdict == Verdict::kept) return judge_effects() && judge_space() ? finish_as_written() : std::nullopt;
     if (verdict == Verdict::follow) {

@@ -18,6 +18,7 @@ struct JudgedRun {
   Results results;
   OutputScales scales;
   std::vector<EffectState> effects;
+  bool called = false;                     // scene and effects have more than the run had (without `again`)
   std::vector<LinearLimit> limits;         // how far its bodies were bent
   std::vector<LeftOutWorth> left_out;      // deformations that beams go without
   std::vector<LeftOutWorth> second_order;  // stiffening and gyroscopic terms, which a pair of runs tells better

@@ -496,6 +496,8 @@ std::optional<Scene> with_richer_models(const Scene& scene, const std::vector<Ef
     return std::any_of(limits.begin(), limits.end(),
                        [&](const LinearLimit& l) { return l.body == static_cast<int>(b) && l.error() > 2.0 * options.asked; });
   };
+  // A beam in forms that do not fit says nothing of volumes.
+  if (any) std::erase_if(bent, [&](size_t b) { return std::find(forms.begin(), forms.end(), b) != forms.end(); });
   take(
       bent, [&](const Scene& s, size_t b) { return with_volumes(s, states, b, richer(1)); }, surely_bent);
   if (any) return out;

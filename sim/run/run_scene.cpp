@@ -417,6 +417,7 @@ JudgedRun run_judged(const Scene& scene, const SimulateOptions& options, double 
       if (again) continue;
       switch_on(out.scene, called.scene, alone.effects);
       out.scene = called.scene;
+      out.called = true;
     }
     out.start = std::move(alone.start);
     out.results.statistics.notes.prepend(called.notes);

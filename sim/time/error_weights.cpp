@@ -26,7 +26,8 @@ constexpr double work_share = 30.0, least_energy = 1e-9;
 constexpr double massless_motion = 1e-3;
 // Of vibrations that are stepped over (dirk) nobody sees the phase; what decays or is followed is asked for more.
 constexpr double slack_stepped_over = 0.28, slack_followed = 0.15;
-// At the default tolerance; away from it with this power of it, so that what is asked ten times closer comes nearly ten times closer.
+// At the default tolerance, and of tighter ones alike, so that what is asked ten times closer comes ten times closer; looser ones ask with
+// this power of them for more.
 constexpr double slack_growth = 0.15;
 // A multistep method's errors of one sign add up over the many short steps of a period: asked for a tenth, a pendulum keeps its energy
 // fifteen times better for the same number of evaluations.
@@ -182,7 +183,8 @@ void ErrorWeights::elastic_sizes(const System& system, const VecX& y) {
   }
   // The tolerance is one of positions, relative to the mechanism's size; elastic displacements are much smaller and would go
   // uncontrolled at loose tolerances, so that they are asked for a lower power of it of their own range at least.
-  const double loosest = std::pow(1.0 / default_tolerance, elastic_slack_) * std::pow(default_tolerance / system.tolerance, slack_growth);
+  const double loosest =
+      std::pow(1.0 / default_tolerance, elastic_slack_) * std::pow(std::min(1.0, default_tolerance / system.tolerance), slack_growth);
   for (size_t t = 0; t < moved_.size(); ++t)
     moved_[t] *= std::clamp(share(static_cast<int>(t)) * model.size / std::max(moved_[t], 1e-300), 1.0, loosest);
 }
