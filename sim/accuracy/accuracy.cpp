@@ -165,6 +165,25 @@ AsGiven run_as_given(Task& t) {
   return out;
 }
 
+// The same from runs that are there.
+AsGiven given_by(const StraightRun& left, const SimulateOptions& options) {
+  AsGiven out;
+  Finished f;
+  f.scene = left.run.scene;
+  f.scene.simulation.accuracy.reset();
+  f.scene.simulation.tolerance = left.tolerance;
+  f.results = left.run.results;
+  f.limits = left.run.limits;
+  f.method = options.method;
+  f.setting.tolerance = left.tolerance;
+  f.loose_tolerance = 10.0 * left.tolerance;
+  f.described.push_back(fmt::format("the scene as written, tolerance {:.0e}", left.tolerance));
+  out.run = std::move(f);
+  out.loose = left.looser;
+  out.time = left.time;
+  return out;
+}
+
 // Beams whose own models keep a run from the accuracy become richer ones, if all outputs can be kept: bent too far for one frame, or in
 // forms of other ends.
 std::optional<Scene> with_fit_models(const Task& t, const AsGiven& given) {
@@ -330,19 +349,21 @@ Results simulate_to_accuracy(const Scene& as_given, double accuracy, const Simul
   const auto task_for = [&](const Scene& of) {
     return Task{accuracy, &options, Search(of, options), {}, {}, {}, 0.0, 1.0, {}, {}, {}, {}, std::make_shared<std::optional<Finished>>()};
   };
+  std::optional<StraightRun> left;
   {
     Task straight = task_for(as_given);
-    if (const std::optional<Finished> found = go_straight(straight, as_given))
+    if (const std::optional<Finished> found = go_straight(straight, as_given, left))
       return stated(straight, *found, {start, 0.0, 0.0, {}, true}, memory);
   }
   // What the motion needs of the effects that are "auto", told by a loose run: the search weighs these and the others by pairs.
   SimulateOptions first = options;
   first.progress = {};
   first.tolerance = std::clamp(0.1 * accuracy, 1e-6, 1e-4);
-  const Scene scene = with_called_effects(as_given, first, accuracy);
+  const bool called = left && left->tolerance <= *first.tolerance;
+  const Scene scene = called ? left->run.scene : with_called_effects(as_given, first, accuracy);
   Task t = task_for(scene);
   const double search_start = cpu_seconds();
-  AsGiven given = run_as_given(t);
+  AsGiven given = called ? given_by(*left, options) : run_as_given(t);
   const double allowed = given.run ? search_allowance(given.run->cpu()) : unknown_allowance;
   std::vector<std::string> changed;
   if (const std::optional<Scene> richer = with_fit_models(t, given)) {

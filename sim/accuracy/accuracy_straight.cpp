@@ -36,6 +36,7 @@ class Straight {
  public:
   explicit Straight(Task& task) : t_(task) {}
   std::optional<Finished> go(const Scene& as_given);
+  std::optional<StraightRun> left;  // go_straight
 
  private:
   enum class Verdict { kept, tighter, rather_follow, follow, lost };
@@ -396,7 +397,10 @@ std::optional<Finished> Straight::go(const Scene& as_given) {
     scene = run_.scene;
     const Verdict verdict = judge_time(scene);
     allowed_ = 0.5 + 20.0 * run_.results.statistics.cpu_seconds;
-    if (verdict == Verdict::kept) return judge_effects() && judge_space() ? finish_as_written() : std::nullopt;
+    if (verdict == Verdict::kept) {
+      left = StraightRun{run_, looser_, tolerance_, largest(time_)};
+      return judge_effects() && judge_space() ? finish_as_written() : std::nullopt;
+    }
     if (verdict == Verdict::follow) {
       if (!judge_effects()) return std::nullopt;
       return follow_vibrations(unlimited);
@@ -427,8 +431,14 @@ std::optional<Finished> Straight::go(const Scene& as_given) {
 
 }  // namespace
 
-std::optional<Finished> go_straight(Task& t, const Scene& as_given) try { return Straight(t).go(as_given); } catch (const SearchSpent&) {
-  return std::nullopt;
+std::optional<Finished> go_straight(Task& t, const Scene& as_given, std::optional<StraightRun>& left) {
+  Straight straight(t);
+  std::optional<Finished> found;
+  try {
+    found = straight.go(as_given);
+  } catch (const SearchSpent&) {}
+  left = std::move(straight.left);
+  return found;
 }
 
 }  // namespace flexframe::sim

@@ -113,7 +113,13 @@ std::optional<Finished> finish_followed(Task& t, double limit);
 // it loses and by what its motion says of the effects that are off (judged_run.h); or, where undamped vibrations have to be followed, with
 // as many modes as the accuracy asks for. None where that does not keep the accuracy without a warning: then the search begins. t.search is
 // of the scene with the effects that its motion needs afterwards.
-std::optional<Finished> go_straight(Task& t, const Scene& as_given);
+// left: where its runs keep the accuracy in time and something else does not, the last of them, for the search that begins.
+struct StraightRun {
+  JudgedRun run;
+  Histories looser;  // at ten times its tolerance
+  double tolerance = 0.0, time = 0.0;
+};
+std::optional<Finished> go_straight(Task& t, const Scene& as_given, std::optional<StraightRun>& left);
 
 // Settings that are tried for the run itself.
 inline constexpr int most_rounds = 14;
