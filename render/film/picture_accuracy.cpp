@@ -12,6 +12,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <set>
 
 namespace flexframe::film {
@@ -32,7 +33,7 @@ constexpr const char* witness_prefix = "picture(";
 // A place of a body that the simulation is asked to keep.
 struct Witness {
   sim::OutputDef output;
-  double allowed = 0.0;  // m
+  double allowed = 0.0;  // m, of a rotation rad
 };
 
 // How many times largest a body's elastic displacement is drawn, and how many pixels a metre of it has, at most over the film.
@@ -109,6 +110,34 @@ std::vector<std::string> places_of(sim::BodyDef& body, const sim::ResultBody& re
   return out;
 }
 
+// How far what is drawn of a beam lies from its axis at most, m.
+double girth(const sim::BeamDef& beam, const sim::ResultBody& result, const BodyModel& model) {
+  double out = std::sqrt(std::max(0.0, result.section.area) / std::numbers::pi);
+  for (const auto& loop : result.section.outline)
+    for (const Eigen::Vector2d& corner : loop) out = std::max(out, corner.norm());
+  if (!beam.axis)
+    for (const glm::dvec3& v : model.mesh.positions) out = std::max(out, std::hypot(v.y, v.z));
+  return out;
+}
+
+// Twist moves what lies beside a beam's axis, which no place on the axis tells: rotations of the middle and the tip against the root.
+// metres: what their vertices may be off.
+void add_twist(std::vector<Witness>& out, const sim::BodyDef& body, const sim::ResultBody& result, const BodyModel& model, double metres) {
+  const auto* beam = std::get_if<sim::BeamDef>(&body.kind);
+  const double radius = beam ? girth(*beam, result, model) : 0.0;
+  if (!(radius > 0.0)) return;
+  for (const char* place : {"middle of the picture", "tip"}) {
+    Witness w;
+    w.output.of = {body.name, place};
+    w.output.line = body.line;
+    w.output.quantity = sim::Quantity::rotation;
+    w.output.relative_to = sim::FrameRef{body.name, "root"};
+    w.output.name = fmt::format("{}twist of {}.{})", witness_prefix, body.name, place);
+    w.allowed = metres / radius;
+    out.push_back(w);
+  }
+}
+
 // All that is asked of the simulation; frames that it needs are added to the scene.
 std::vector<Witness> witnesses(sim::Scene& scene, const Animation& animation, bool pixels, double allowed) {
   std::vector<Witness> out;
@@ -135,6 +164,7 @@ std::vector<Witness> witnesses(sim::Scene& scene, const Animation& animation, bo
       w.allowed = 0.5 * metres / (sight[b].scale - 1.0);
       out.push_back(w);
     }
+    if (elastic) add_twist(out, *body, results.bodies[b], animation.bodies[b], exaggerated ? 0.5 * metres / sight[b].scale : metres);
   }
   return out;
 }
@@ -233,7 +263,8 @@ sim::Results simulate_for_pictures(const sim::Scene& scene, const RenderSettings
   std::vector<Witness> places = witnesses(searched, first, asked.pixels, for_simulation / std::sqrt(2.0));
   for (sim::OutputDef& output : searched.outputs) output.size = beyond_measure;
   double least = std::numeric_limits<double>::infinity();
-  for (const Witness& w : places) least = std::min(least, w.allowed);
+  for (const Witness& w : places)
+    if (w.output.quantity != sim::Quantity::rotation) least = std::min(least, w.allowed);
   const double motion = largest_motion(pilot);
   const double accuracy = std::isfinite(least) && motion > 0.0 ? std::clamp(least / motion, finest, coarsest) : coarsest;
   for (Witness& w : places) {
