@@ -1,8 +1,7 @@
 // What preprocessors write into decks beside plain elements: offsets, released ends, defaults, stations of beams, membranes, rods that
 // twist, temperatures, rubber, contact pairs. Truths in closed form.
-#include "scratch.h"
+#include "deck_text.h"
 #include "sim/reduce/fe_sections.h"
-#include "sim/reduce/reduce.h"
 
 #include <gtest/gtest.h>
 
@@ -14,28 +13,12 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-FeModel bulk(const std::string& text) {
-  const Scratch scratch;
-  return read_nastran(scratch.put("deck.bdf", text));
-}
-
 FeModel inp(const std::string& text, FeContact contact = FeContact::refuse) {
   const Scratch scratch;
   return read_inp(scratch.put("deck.inp", text), {}, contact);
 }
 
-VecX frequencies(const FeModel& m, int modes) {
-  ReduceOptions o;
-  o.method = ReduceMethod::eigenmodes;
-  o.modes = modes;
-  o.held = m.constraints;
-  o.stiffening = false;
-  return reduce(m, o).report.frequencies;
-}
-
-bool says(const std::vector<std::string>& texts, const std::string& part) {
-  return std::any_of(texts.begin(), texts.end(), [&](const std::string& t) { return t.find(part) != std::string::npos; });
-}
+VecX frequencies(const FeModel& m, int modes) { return reduced(m, modes).report.frequencies; }
 
 // A mass at a grid e beside the axis of a beam without mass: compliance L^3 / 3EI along the offset, L^3 / 3EI + e^2 L / GJ across it.
 TEST(ReduceCards, BeamsBesideTheirGrids) {

@@ -1,8 +1,7 @@
 // Nastran bulk data beyond plain elements: masses in some directions and as matrices, rigid elements whose independent motions lie at
 // several grids, sections by shape, thicknesses at grids, continuations out of order; of a deck with several faults all are named.
-#include "scratch.h"
+#include "deck_text.h"
 #include "sim/reduce/fe_sections.h"
-#include "sim/reduce/reduce.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -15,33 +14,6 @@ namespace flexframe::sim {
 namespace {
 
 constexpr double pi = std::numbers::pi;
-
-FeModel bulk(const std::string& text) {
-  const Scratch scratch;
-  return read_nastran(scratch.put("deck.bdf", text));
-}
-
-Reduction reduced(const FeModel& m, int modes) {
-  ReduceOptions o;
-  o.method = ReduceMethod::eigenmodes;
-  o.modes = modes;
-  o.held = m.constraints;
-  o.stiffening = false;
-  return reduce(m, o);
-}
-
-bool says(const std::vector<std::string>& texts, const std::string& part) {
-  return std::any_of(texts.begin(), texts.end(), [&](const std::string& t) { return t.find(part) != std::string::npos; });
-}
-
-std::string refusal(const std::string& text) {
-  try {
-    bulk(text);
-  } catch (const InputError& e) {
-    return e.what();
-  }
-  return "";
-}
 
 const std::string cantilever =
     "GRID,1,,0.,0.,0.,,123456\nGRID,2,,.5,0.,0.\nMAT1,1,2.+11,,.3\nPBAR,1,1,1.-3,1.-8,4.-8,2.-8\n"
@@ -95,7 +67,7 @@ TEST(ReduceNastran, RigidElementsOfSeveralGrids) {
   const VecX rod = reduced(bulk(text + "RROD,50,1,2\nRROD,51,2,3,,1\n"), 6).report.frequencies;
   const VecX stiff = reduced(bulk(text + "MAT1,2,2.+15,,.3,1.-9\nCONROD,60,1,2,2,1.-2\nCONROD,61,2,3,2,1.-2\n"), 6).report.frequencies;
   for (int k = 0; k < 6; ++k) EXPECT_NEAR(rod(k), stiff(k), 1e-3 * stiff(k));
-  EXPECT_NE(refusal(text + "RBAR,50,1,2,123,123\n").find("do not fix a rigid body"), std::string::npos);
+  EXPECT_NE(bulk_refusal(text + "RBAR,50,1,2,123,123\n").find("do not fix a rigid body"), std::string::npos);
 }
 
 // Sections against what counting small squares of the drawn shape gives (y up, z to the right).
@@ -199,12 +171,12 @@ TEST(ReduceNastran, ContinuationsByName) {
   EXPECT_NEAR(reduced(model, 1).body.mass, 3.0, 1e-12);
   EXPECT_EQ(model.spiders.size(), 2u);  // the bar beside its grids: its continuation was found
   EXPECT_EQ(wanted.spiders.size(), 0u);
-  EXPECT_NE(refusal(grids + property + bar + "+XX          .1\n").find("goes on from no line before it"), std::string::npos);
+  EXPECT_NE(bulk_refusal(grids + property + bar + "+XX          .1\n").find("goes on from no line before it"), std::string::npos);
 }
 
 // All that is wrong, each with its line.
 TEST(ReduceNastran, AllFaultsAreNamed) {
-  const std::string text = refusal(
+  const std::string text = bulk_refusal(
       "GRID,1,,0.,0.,0.\nGRID,2,,1.,x,0.\nGRID,3,9,1.,0.,0.\nCSHEAR,1,1,1,2,3,4\nCSHEAR,2,1,1,2,3,4\n=,*1,=\n"
       "SPOINT,77\nMAT1,1,2.+11,,.3,7850.\nMAT1,1,2.+11,,.2,7850.\nPBAR,1,1,1.-3,1.-8,4.-8,2.-8\n"
       "CBAR,5,1,1,2,0.,1.,0.\nCBAR,6,9,1,4,0.,1.,0.\nPBARL,2,1,,HEXA\nSPC1,1,123456,8\n");
