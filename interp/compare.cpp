@@ -3,6 +3,7 @@
 #include "interp/error_bar.h"
 #include "interp/residuals.h"
 #include "interp/trial.h"
+#include "interp/watch.h"
 
 #include <fmt/format.h>
 
@@ -10,21 +11,25 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <span>
+#include <vector>
 
 namespace flexframe::interp {
 
-double left_out_error(const Map& map, const Weld& weld, const NodeMotions& known) {
+namespace {
+
+// What leaving nodes out makes of one motion.
+struct LeftOut {
+  Points moved, turned;  // of the merged nodes, m and rad (0 x 3 without rotations)
+  Points missed;         // residuals of the merged nodes
+  double deforms = 0.0;  // mean square of the nodes' displacements less their rigid part
+};
+
+// Of every motion that deforms, whichever map is asked: the same ones.
+std::vector<LeftOut> leave_out(const Map& map, const Weld& weld, const NodeMotions& known) {
   constexpr double small = 1e-6;  // a mode shape this small is no finite turn
-  const double none = std::numeric_limits<double>::quiet_NaN();
-  const Eigen::Index n = known.displacement.cols();
-  if (n == 0) return none;
-  const MeshView mesh{Eigen::Map<const Points>(weld.positions.data(), weld.positions.rows(), 3),
-                      Eigen::Map<const Triangles>(weld.triangles.data(), weld.triangles.rows(), 3)};
-  const MeanError mean(map, mesh);
-  if (!mean.known()) return none;
-  double sum = 0.0;
-  int counted = 0;
-  for (Eigen::Index k = 0; k < n; ++k) {
+  std::vector<LeftOut> out;
+  for (Eigen::Index k = 0; k < known.displacement.cols(); ++k) {
     const double largest = known.displacement.col(k).cwiseAbs().maxCoeff();
     if (!(largest > 0.0)) continue;
     const double scale = known.linear ? small * weld.size / largest : 1.0;
@@ -34,20 +39,99 @@ double left_out_error(const Map& map, const Weld& weld, const NodeMotions& known
       return rows;
     };
     const Points u = rows_of(known.displacement), theta = map.rotations ? rows_of(known.rotation) : Points(0, 3);
-    const Points residual = node_residuals(map, u, theta);
     Points positions(map.nodes, 3);
     for (int i = 0; i < map.nodes; ++i) positions.row(i) = map.node_positions.row(map.node_of[i]);
     const RigidMotion rigid = best_rigid_motion(positions, u, theta);
-    double squares = 0.0, deforms = 0.0;
+    double deforms = 0.0;
     for (int i = 0; i < map.nodes; ++i)
       deforms += (u.row(i).transpose() - rigid.displacement(positions.row(i).transpose())).squaredNorm() / map.nodes;
-    for (Eigen::Index i = 0; i < residual.rows(); ++i)
-      if (mean.weights()[i] > 0.0) squares += mean.weights()[i] * residual.row(i).squaredNorm();
-    if (!(deforms > 1e-24 * scale * scale * largest * largest)) continue;
-    sum += std::min(1.0, squares / deforms);
-    ++counted;
+    if (deforms > 1e-24 * scale * scale * largest * largest)
+      out.push_back({merge_data(map, u), merge_data(map, theta), node_residuals(map, u, theta), deforms});
   }
-  return counted > 0 ? std::sqrt(sum / counted) : none;
+  return out;
+}
+
+// Weights of the nodes; empty: not known.
+Eigen::VectorXd weights_of(const Map& map, const Weld& weld) {
+  const MeshView mesh{Eigen::Map<const Points>(weld.positions.data(), weld.positions.rows(), 3),
+                      Eigen::Map<const Triangles>(weld.triangles.data(), weld.triangles.rows(), 3)};
+  const MeanError mean(map, mesh);
+  return mean.known() ? mean.weights() : Eigen::VectorXd();
+}
+
+}  // namespace
+
+double left_out_error(const Map& map, const Weld& weld, const NodeMotions& known) {
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  if (known.displacement.cols() == 0) return none;
+  const Eigen::VectorXd weight = weights_of(map, weld);
+  if (weight.size() == 0) return none;
+  const std::vector<LeftOut> motions = leave_out(map, weld, known);
+  double sum = 0.0;
+  for (const LeftOut& motion : motions) {
+    double squares = 0.0;
+    for (Eigen::Index i = 0; i < motion.missed.rows(); ++i)
+      if (weight[i] > 0.0) squares += weight[i] * motion.missed.row(i).squaredNorm();
+    sum += std::min(1.0, squares / motion.deforms);
+  }
+  return motions.empty() ? none : std::sqrt(sum / static_cast<double>(motions.size()));
+}
+
+namespace {
+
+// Mean square over the vertices of how far two maps are apart in a motion.
+double apart(const Candidate& a, const Candidate& b, const LeftOut& motion) {
+  const auto moved = [&](const Candidate& c) {
+    std::vector<int> every(c.weights.rows);
+    std::iota(every.begin(), every.end(), 0);
+    PointsF found(c.weights.rows, 3);
+    multiply_single(c.weights, lift_exact(c.map.lift, motion.moved, motion.turned).cast<float>(), every,
+                    std::span<float>(found.data(), found.size()), 1);
+    return found;
+  };
+  return static_cast<double>((moved(a) - moved(b)).squaredNorm()) / a.weights.rows;
+}
+
+}  // namespace
+
+BestBlend best_blend(const Candidate& a, const Candidate& b, const Weld& weld, const NodeMotions& known) {
+  constexpr double alike = 0.4;
+  constexpr size_t looked_at = 12;  // motions, of how far the maps are apart
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  const Eigen::VectorXd weight = weights_of(a.map, weld), other = weights_of(b.map, weld);
+  if (weight.size() == 0 || other.size() == 0) return {none, none};
+  const std::vector<LeftOut> of_a = leave_out(a.map, weld, known), of_b = leave_out(b.map, weld, known);
+  // Squares and products of the residuals of each motion: a a, a b, b b.
+  std::vector<Vec3> products;
+  Vec3 sum = Vec3::Zero();
+  double distance = 0.0, looked = 0.0;
+  const size_t step = std::max<size_t>(1, of_a.size() / looked_at);
+  for (size_t k = 0; k < of_a.size(); ++k) {
+    look();
+    Vec3 p = Vec3::Zero();
+    for (Eigen::Index i = 0; i < weight.size(); ++i) {
+      if (!(weight[i] > 0.0 && other[i] > 0.0)) continue;
+      const Vec3 x = of_a[k].missed.row(i).transpose(), y = of_b[k].missed.row(i).transpose();
+      p += weight[i] * Vec3(x.squaredNorm(), x.dot(y), y.squaredNorm());
+    }
+    // A motion that nobody can follow does not decide.
+    const double unit = std::max({of_a[k].deforms, p[0], p[2]});
+    products.push_back(p / of_a[k].deforms);
+    sum += p / unit;
+    if (k % step != 0) continue;
+    distance += apart(a, b, of_a[k]) / unit;
+    ++looked;
+  }
+  // Least of (1 - s)^2 aa + 2 s (1 - s) ab + s^2 bb.
+  const double spread = sum[0] - 2.0 * sum[1] + sum[2];
+  if (products.empty() || !(spread > 0.0)) return {none, none};
+  const double between = std::sqrt(distance / looked * static_cast<double>(of_a.size()));
+  if (between > std::sqrt(sum[0]) + std::sqrt(sum[2])) return {none, none};
+  const bool ranked = between > alike * std::sqrt(std::min(sum[0], sum[2]));
+  const double s = ranked ? std::clamp((sum[0] - sum[1]) / spread, 0.0, 1.0) : 0.5;
+  double error = 0.0;
+  for (const Vec3& p : products) error += std::min(1.0, p.dot(Vec3((1.0 - s) * (1.0 - s), 2.0 * s * (1.0 - s), s * s)));
+  return {s, std::sqrt(error / static_cast<double>(products.size()))};
 }
 
 namespace {

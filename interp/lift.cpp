@@ -137,6 +137,13 @@ Points lift_dense(const DenseLift& lift, const Points& displacement, const Point
   return out;
 }
 
+Points lift_both(const BlendLift& lift, const Points& displacement, const Points& rotation, bool exact) {
+  const Points arms = lift_arms(lift.arms, displacement, rotation, exact), dense = lift_dense(lift.dense, displacement, rotation, exact);
+  Points out(arms.rows() + dense.rows(), 3);
+  out << arms, dense;
+  return out;
+}
+
 // Along a beam's axis: change of the lengths between the nodes, in full and to first order.
 Points lift_axis(const AxisLift& axis, const Points& displacement, const Points& rotation) {
   double finite2 = 0.0, linear2 = 0.0;
@@ -185,17 +192,20 @@ Overloaded(Ts...) -> Overloaded<Ts...>;
 }  // namespace
 
 int source_count(const Lift& lift) {
-  return std::visit(Overloaded{[](const ArmLift& l) { return l.nodes + 3 * static_cast<int>(l.director_node.size()); },
-                               [](const AxisLift& l) { return source_count(l); }, [](const CurveLift& l) { return source_count(l); },
-                               [](const DenseLift& l) { return static_cast<int>(l.source_positions.rows()); }},
-                    lift);
+  const auto of_arms = [](const ArmLift& l) { return l.nodes + 3 * static_cast<int>(l.director_node.size()); };
+  const auto of_points = [](const DenseLift& l) { return static_cast<int>(l.source_positions.rows()); };
+  return std::visit(
+      Overloaded{of_arms, [](const AxisLift& l) { return source_count(l); }, [](const CurveLift& l) { return source_count(l); }, of_points,
+                 [&](const BlendLift& l) { return of_arms(l.arms) + of_points(l.dense); }},
+      lift);
 }
 
 Points lift_exact(const Lift& lift, const Points& displacement, const Points& rotation) {
   return std::visit(Overloaded{[&](const ArmLift& l) { return lift_arms(l, displacement, rotation, true); },
                                [&](const AxisLift& l) { return lift_axis(l, displacement, rotation); },
                                [&](const CurveLift& l) { return lift_curves(l, displacement, rotation); },
-                               [&](const DenseLift& l) { return lift_dense(l, displacement, rotation, true); }},
+                               [&](const DenseLift& l) { return lift_dense(l, displacement, rotation, true); },
+                               [&](const BlendLift& l) { return lift_both(l, displacement, rotation, true); }},
                     lift);
 }
 
@@ -203,7 +213,8 @@ Points lift_linear(const Lift& lift, const Points& displacement, const Points& r
   return std::visit(Overloaded{[&](const ArmLift& l) { return lift_arms(l, displacement, rotation, false); },
                                [&](const AxisLift& l) { return lift_linear(l, displacement, rotation); },
                                [&](const CurveLift& l) { return lift_linear(l, displacement, rotation); },
-                               [&](const DenseLift& l) { return lift_dense(l, displacement, rotation, false); }},
+                               [&](const DenseLift& l) { return lift_dense(l, displacement, rotation, false); },
+                               [&](const BlendLift& l) { return lift_both(l, displacement, rotation, false); }},
                     lift);
 }
 

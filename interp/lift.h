@@ -6,6 +6,7 @@
 //   AxisLift    Hermite points of a beam's axis and its section's directions (interp/axis.h)
 //   CurveLift   stations along curved lines of nodes and their sections' directions (interp/curve.h)
 //   DenseLift   points of an elastic body: a small dense matrix in the frame that best follows the nodes
+//   BlendLift   ArmLift and DenseLift, each as above
 // Linear: for modes and small motion. Exact: rotation vectors of any size; a common rotation of all nodes is reproduced exactly.
 #pragma once
 
@@ -40,7 +41,14 @@ struct DenseLift {
   Eigen::MatrixXd rotation;      // 3 P x 3 N or empty
 };
 
-using Lift = std::variant<ArmLift, AxisLift, CurveLift, DenseLift>;
+// Two maps of one body side by side: sources of the first, then of the second. Their weights (sparse.h, join_weights) hold the shares.
+struct BlendLift {
+  ArmLift arms;
+  DenseLift dense;
+  double share = 0.0;  // of the second, 0..1
+};
+
+using Lift = std::variant<ArmLift, AxisLift, CurveLift, DenseLift, BlendLift>;
 
 // Number of source vectors.
 int source_count(const Lift& lift);

@@ -228,17 +228,6 @@ void check_data(const Map& map, const Eigen::Ref<const Points>& displacement, co
     if (!rotation.row(i).allFinite()) throw InputError(fmt::format("rotation of node {} is not finite", i));
 }
 
-// Data of the merged nodes in their order: means of those that became one.
-Points merge_data(const Map& map, const Eigen::Ref<const Points>& data) {
-  if (data.rows() == 0) return Points(0, 3);
-  Points out = Points::Zero(map.node_positions.rows(), 3);
-  for (Eigen::Index i = 0; i < data.rows(); ++i) {
-    const int k = map.node_of[i];
-    out.row(k) += data.row(i) / map.node_count[k];
-  }
-  return out;
-}
-
 Points sources_of(const Map& map, const Eigen::Ref<const Points>& displacement, const Eigen::Ref<const Points>& rotation, bool exact) {
   check_data(map, displacement, rotation);
   const Points u = merge_data(map, displacement);
@@ -491,12 +480,12 @@ struct Candidates {
   Partition elastic, kernel;
   std::string loose;    // why the elastic surface does not serve at all
   bool asked = false;   // the elastic surface was asked because the kernel may err
+  double limit = 0.0;   // Lebesgue constant above which the kernel is no map
   double missed = 0.0;  // of the kernel: left_out_error, NaN: not known
 };
 
-// left_out_error of the kernel.
-double kernel_missed(const Map& map, const Weld& weld, const Partition& kernel, const NodeMotions& known) {
-  if (known.displacement.cols() == 0) return std::numeric_limits<double>::quiet_NaN();
+// The map that the kernel would make, as far as leaving nodes out needs it.
+Map kernel_alone(const Map& map, const Partition& kernel) {
   Map own;
   own.nodes = map.nodes;
   own.rotations = map.rotations;
@@ -505,23 +494,57 @@ double kernel_missed(const Map& map, const Weld& weld, const Partition& kernel, 
   own.node_positions = map.node_positions;
   own.lift = kernel.lift;
   own.leave_one_out = kernel.leave_one_out;
-  return left_out_error(own, weld, known);
+  return own;
 }
 
-// Whether the kernel takes the place of the elastic surface (map.lift), and why. What was chosen by rule stays where leaving nodes out
-// finds both alike, and within a wider margin where smooth motions of the whole body speak for the kernel.
-bool prefers_kernel(const Weld& weld, const NodeMotions& known, const Candidates& both, const Map& map, std::string& reason) {
-  constexpr double alike = 0.8, clearly = 0.6;
-  if (!both.loose.empty()) return both.kernel.lebesgue < both.elastic.lebesgue;
+// How much of the mesh's motion the elastic surface (map.lift) makes, 0..1, the rest the kernel; and why. Where leaving nodes out of known
+// motions ranks them, the blend of both that errs least; within a wider margin where smooth motions of the whole body speak for the kernel.
+double elastic_share(const Weld& weld, const NodeMotions& known, const Candidates& both, const Map& map, std::string& reason) {
+  // A blend this near to one of both is that one.
+  constexpr double alike = 0.8, clearly = 0.6, little = 0.1;
+  if (!both.loose.empty()) return both.kernel.lebesgue < both.elastic.lebesgue ? 0.0 : 1.0;
   reason = bends_worse(weld, map, both.elastic, both.kernel);
   const double own = std::isfinite(both.missed) ? left_out_error(map, weld, known) : std::numeric_limits<double>::quiet_NaN();
-  if (!std::isfinite(own)) return !reason.empty();
-  const bool kernel = both.asked || !reason.empty() ? own > (reason.empty() ? alike : clearly) * both.missed : both.missed < clearly * own;
-  if (!kernel || reason.empty())
-    reason = fmt::format("{} nodes: leaving nodes out of their own motion, the {} errs by {:.2g} %, the {} by {:.2g} %",
-                         map.node_positions.rows(), kernel ? "kernel" : "elastic surface", 100.0 * (kernel ? both.missed : own),
-                         kernel ? "elastic surface" : "kernel", 100.0 * (kernel ? own : both.missed));
-  return kernel;
+  if (!std::isfinite(own)) return reason.empty() ? 1.0 : 0.0;
+  if (!reason.empty() && own > clearly * both.missed) return 0.0;
+  // Where no blend is known, the rule's choice stays unless the other one errs by much less.
+  const bool kernel_rather = both.asked ? own > alike * both.missed : both.missed < clearly * own;
+  BestBlend blend{!reason.empty() || !kernel_rather ? 1.0 : 0.0, own};
+  const bool blends = reason.empty() && both.kernel.lebesgue <= both.limit;
+  const Map other = kernel_alone(map, both.kernel);
+  if (const BestBlend best = blends ? best_blend({other, both.kernel.weights}, {map, both.elastic.weights}, weld, known) : blend;
+      std::isfinite(best.share))
+    blend = best;
+  const double share = blend.share < little ? 0.0 : blend.share > 1.0 - little ? 1.0 : blend.share;
+  const bool kernel = share < 0.5;
+  const double better = 100.0 * (kernel ? both.missed : own), worse = 100.0 * (kernel ? own : both.missed);
+  const std::string_view first = kernel ? "kernel" : "elastic surface", second = kernel ? "elastic surface" : "kernel";
+  reason = share > 0.0 && share < 1.0
+               ? fmt::format(
+                     "{} nodes: leaving nodes out of their own motion, {:.0f} % {} and {:.0f} % {} err by {:.2g} %, alone by {:.2g} and "
+                     "{:.2g} %",
+                     map.node_positions.rows(), 100.0 * (kernel ? 1.0 - share : share), first, 100.0 * (kernel ? share : 1.0 - share),
+                     second, 100.0 * blend.error, better, worse)
+               : fmt::format("{} nodes: leaving nodes out of their own motion, the {} errs by {:.2g} %, the {} by {:.2g} %",
+                             map.node_positions.rows(), first, better, second, worse);
+  return share;
+}
+
+// The kernel's part, or the part of both, takes the place of the elastic surface's in the map.
+Partition take_share(double share, Candidates& both, Map& map) {
+  if (share == 1.0) return std::move(both.elastic);
+  if (share == 0.0) {
+    map.lift = std::move(both.kernel.lift);
+    map.leave_one_out = std::move(both.kernel.leave_one_out);
+    return std::move(both.kernel);
+  }
+  both.kernel.weights = join_weights(both.kernel.weights, both.elastic.weights, share);
+  map.lift = BlendLift{std::move(both.kernel.lift), std::move(std::get<DenseLift>(map.lift)), share};
+  map.leave_one_out.rows = std::move(both.kernel.leave_one_out.rows);
+  // Not above what both have.
+  if (both.elastic.lebesgue > both.kernel.lebesgue) both.kernel.lebesgue_vertex = both.elastic.lebesgue_vertex;
+  both.kernel.lebesgue = share * both.elastic.lebesgue + (1.0 - share) * both.kernel.lebesgue;
+  return std::move(both.kernel);
 }
 
 // Kernel, elastic surface or lattice, with the map's lift.
@@ -533,10 +556,11 @@ Partition map_by_scheme(const Weld& weld, const Graph& graph, const Options& opt
   bool green = report.scheme == Scheme::elastic || report.scheme == Scheme::lattice;
   PartitionOptions how = partition_options(options, report.scheme, map.rotations);
   Candidates both;
+  both.limit = options.lebesgue_error;
   if (!green || automatic) {
     if (automatic) how.patch_nodes = std::clamp(options.patch_nodes, 8, 60);
     both.kernel = make_tried_partition(weld, graph, map.node_positions, how);
-    both.missed = automatic && (green || doubtful) ? kernel_missed(map, weld, both.kernel, known) : 0.0;
+    both.missed = automatic && (green || doubtful) ? left_out_error(kernel_alone(map, both.kernel), weld, known) : 0.0;
     both.asked = automatic && doubtful && (std::isfinite(both.missed) ? both.missed > worth : both.kernel.lebesgue > uneven);
   }
   if (both.asked) {
@@ -545,7 +569,8 @@ Partition map_by_scheme(const Weld& weld, const Graph& graph, const Options& opt
   }
   std::string reason;
   if (green) both.elastic = map_by_elasticity(options, weld, graph, how, map, both.loose);
-  const bool kernel = !green || (automatic && prefers_kernel(weld, known, both, map, reason));
+  const double share = !green ? 0.0 : automatic ? elastic_share(weld, known, both, map, reason) : 1.0;
+  const bool kernel = share < 0.5;
   if (green && automatic) {
     if (kernel && !both.loose.empty() && !both.asked)
       report.warnings.push_back(fmt::format("kernel instead of {}: {}", scheme_name(report.scheme), both.loose));
@@ -553,11 +578,8 @@ Partition map_by_scheme(const Weld& weld, const Graph& graph, const Options& opt
     else if (kernel && !both.asked) report.reason = fmt::format("{} nodes are too few for the elastic surface", map.node_positions.rows());
     else if (!kernel && both.asked) report.reason = fmt::format("{} nodes, unevenly spread: elastic surface", map.node_positions.rows());
   }
-  if (!kernel) return std::move(both.elastic);
-  if (green) report.scheme = Scheme::kernel;
-  map.lift = std::move(both.kernel.lift);
-  map.leave_one_out = std::move(both.kernel.leave_one_out);
-  return std::move(both.kernel);
+  if (green && kernel) report.scheme = Scheme::kernel;
+  return take_share(share, both, map);
 }
 
 void map_over_surface(const Nodes& nodes, const Weld& weld, const Layout& layout, const Options& options, const NodeMotions& known,
@@ -580,7 +602,8 @@ void map_over_surface(const Nodes& nodes, const Weld& weld, const Layout& layout
   map.weights = std::move(part.weights);
   report.lebesgue = part.lebesgue;
   report.patches = part.patches;
-  if (const auto* arms = std::get_if<ArmLift>(&map.lift)) {
+  const auto* blend = std::get_if<BlendLift>(&map.lift);
+  if (const ArmLift* arms = blend ? &blend->arms : std::get_if<ArmLift>(&map.lift)) {
     const auto unknown = std::count_if(arms->estimate.begin(), arms->estimate.end(), [](const auto& e) { return e.tangents < 2; });
     if (unknown > 0)
       report.warnings.push_back(
@@ -609,6 +632,16 @@ void judge_lebesgue(const Options& options, Report& report) {
 }
 
 }  // namespace
+
+Points merge_data(const Map& map, const Eigen::Ref<const Points>& data) {
+  if (data.rows() == 0) return Points(0, 3);
+  Points out = Points::Zero(map.node_positions.rows(), 3);
+  for (Eigen::Index i = 0; i < data.rows(); ++i) {
+    const int k = map.node_of[i];
+    out.row(k) += data.row(i) / map.node_count[k];
+  }
+  return out;
+}
 
 Map make_map(const Nodes& nodes, const MeshView& mesh, const Options& options) { return make_map_for(nodes, mesh, options, {}); }
 
@@ -698,6 +731,29 @@ void leave_out_of_curves(const Map& map, const CurveLift& curves, const Points& 
   }
 }
 
+// In the frame that follows the nodes.
+Points residuals_of_points(const Map& map, const Points& u, const Points& theta) {
+  const LocalMotion local = local_motion(map.node_positions, u, theta);
+  Eigen::VectorXd r = map.leave_one_out.dense * Eigen::Map<const Eigen::VectorXd>(local.displacement.data(), local.displacement.size());
+  if (map.leave_one_out.turn.size() > 0 && theta.rows() > 0)
+    r += map.leave_one_out.turn * Eigen::Map<const Eigen::VectorXd>(local.rotation.data(), local.rotation.size());
+  return Eigen::Map<const Points>(r.data(), u.rows(), 3);
+}
+
+// Of the nodes that patches predict; kept: share of what stands there already.
+void residuals_of_rows(const Map& map, const Points& u, const Points& theta, double kept, Points& residual) {
+  const Points sources = lift_exact(map.lift, u, theta);
+  const SparseWeights& w = map.leave_one_out.rows;
+  for (Eigen::Index i = 0; i < u.rows(); ++i) {
+    const size_t begin = w.begin[i], end = w.begin[i + 1];
+    if (begin == end) continue;
+    Vec3 sum = Vec3::Zero();
+    for (size_t k = begin; k < end; ++k) sum += w.precise[k] * sources.row(w.column[k]).transpose();
+    if (kept > 0.0) residual.row(i) = kept * residual.row(i) + (1.0 - kept) * sum.transpose();
+    else residual.row(i) = sum.transpose();
+  }
+}
+
 }  // namespace
 
 Points node_residuals(const Map& map, const Eigen::Ref<const Points>& displacement, const Eigen::Ref<const Points>& rotation) {
@@ -725,20 +781,12 @@ Points node_residuals(const Map& map, const Eigen::Ref<const Points>& displaceme
     }
   } else if (const auto* curves = std::get_if<CurveLift>(&map.lift); curves != nullptr) {
     leave_out_of_curves(map, *curves, u, theta, residual);
-  } else if (map.leave_one_out.dense.size() > 0) {
-    const LocalMotion local = local_motion(map.node_positions, u, theta);
-    Eigen::VectorXd r = map.leave_one_out.dense * Eigen::Map<const Eigen::VectorXd>(local.displacement.data(), local.displacement.size());
-    if (map.leave_one_out.turn.size() > 0 && theta.rows() > 0)
-      r += map.leave_one_out.turn * Eigen::Map<const Eigen::VectorXd>(local.rotation.data(), local.rotation.size());
-    residual = Eigen::Map<const Points>(r.data(), n, 3);
-  } else if (map.leave_one_out.rows.rows == n) {
-    const Points sources = lift_exact(map.lift, u, theta);
-    const SparseWeights& w = map.leave_one_out.rows;
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const size_t begin = w.begin[i], end = w.begin[i + 1];
-      if (begin == end) continue;
-      residual.row(i).setZero();
-      for (size_t k = begin; k < end; ++k) residual.row(i) += w.precise[k] * sources.row(w.column[k]);
+  } else {
+    const Points dense = map.leave_one_out.dense.size() > 0 ? residuals_of_points(map, u, theta) : Points(0, 3);
+    if (dense.rows() == n) residual = dense;
+    if (map.leave_one_out.rows.rows == n) {
+      const auto* blend = std::get_if<BlendLift>(&map.lift);
+      residuals_of_rows(map, u, theta, blend && dense.rows() == n ? blend->share : 0.0, residual);
     }
   }
   return residual;

@@ -4,6 +4,27 @@
 
 namespace flexframe::interp {
 
+SparseWeights join_weights(const SparseWeights& a, const SparseWeights& b, double share) {
+  SparseWeights out;
+  out.rows = a.rows;
+  out.cols = a.cols + b.cols;
+  const bool precise = a.precise.size() == a.column.size() && b.precise.size() == b.column.size();
+  const auto add = [&](const SparseWeights& from, int row, int first, double part) {
+    for (auto k = from.begin[row]; k < from.begin[row + 1]; ++k) {
+      const double weight = precise ? from.precise[k] : static_cast<double>(from.single[k]);
+      out.column.push_back(first + from.column[k]);
+      out.single.push_back(static_cast<float>(part * weight));
+      if (precise) out.precise.push_back(part * weight);
+    }
+  };
+  for (int row = 0; row < a.rows; ++row) {
+    add(a, row, 0, 1.0 - share);
+    add(b, row, a.cols, share);
+    out.begin.push_back(std::ssize(out.column));
+  }
+  return out;
+}
+
 void multiply_single(const SparseWeights& weights, const PointsF& sources, std::span<const int> scatter, std::span<float> out,
                      int threads) {
   const int count = static_cast<int>(scatter.size());

@@ -18,6 +18,10 @@ struct SparseWeights {
   std::vector<double> precise;  // the same in double, or empty
 };
 
+// Sources of both side by side, those of the first before those of the second: (1 - share) a and share b. Rows of both: the same vertices.
+// In double where both are.
+SparseWeights join_weights(const SparseWeights& a, const SparseWeights& b, double share);
+
 // out (rows x 3) = weights * sources (cols x 3), one row after the other; scatter[v] is the row of output vertex v.
 void multiply_single(const SparseWeights& weights, const PointsF& sources, std::span<const int> scatter, std::span<float> out, int threads);
 Points multiply_precise(const SparseWeights& weights, const Points& sources, std::span<const int> scatter);

@@ -2,7 +2,7 @@
 """Measures of the kernel map: error by number of nodes, `auto` as a user gets it, on bodies whose motion is known without it.
 
   measures.py FOLDER            writes measures.csv and measures.svg there and prints the page's table (ninja measures_interp)
-  measures.py --unseen [SETS]   auto and kernel against one global r^3 kernel on random and uneven sets of nodes: ratio of their errors
+  measures.py --unseen [SETS [SEED]]   auto and kernel against one global r^3 kernel on random and uneven sets of nodes: ratio of errors
 
 PYTHONPATH: the folder of the module flexframe (build/clang/python). Needs numpy; the figure needs matplotlib.
 """
@@ -65,9 +65,9 @@ def draw(table, file):
     figure.savefig(file, metadata={"Date": None})
 
 
-def unseen(sets):
+def unseen(sets, seed=11):
     """Random sets of nodes: drawn evenly, in clusters, or along one side of the body, on the three finite element bodies."""
-    rng = np.random.default_rng(11)
+    rng = np.random.default_rng(seed)
     worst = {"auto": [], "kernel": []}
     for k in range(sets):
         name = ("conrod", "fork", "channel")[k % 3]
@@ -93,7 +93,7 @@ def unseen(sets):
 
 def main():
     if len(sys.argv) > 1 and sys.argv[1] == "--unseen":
-        unseen(int(sys.argv[2]) if len(sys.argv) > 2 else 200)
+        unseen(*[int(word) for word in sys.argv[2:]] or [200])
         return
     folder = pathlib.Path(sys.argv[1])
     table = list(rows())
