@@ -38,6 +38,12 @@ std::vector<FePoint> solid_points(FeShape shape, FeFormulation formulation, FeRu
 void solid_stiffness(FeShape shape, FeFormulation formulation, const Mat3X& X, const FeMaterial& material, int id, MatX& K);
 void solid_mass(FeShape shape, FeFormulation formulation, const Mat3X& X, const FeMaterial& material, int id, MatX& M);
 
+// Whether a share of the full element's stiffness holds motions that none of its points sees (hourglass motions): C3D20R, C3D6.
+bool fe_is_held_by_share(FeShape shape, FeFormulation formulation);
+
+// Twice the energy, J, of that share in each column of nodal displacements u (3n x m, node by node).
+VecX hourglass_energy(FeShape shape, const Mat3X& X, const FeMaterial& material, int id, const MatX& u);
+
 // Elasticity matrix 6 x 6 (xx yy zz xy yz xz, engineering shear strains).
 Mat6 elasticity(const FeMaterial& material);
 

@@ -258,4 +258,18 @@ std::optional<VecX> mesh_error(const FeModel& model, const FeSystem& system, con
   return out;
 }
 
+VecX hourglass_shares(const FeModel& model, const FeSystem& system, const MatX& U, const VecX& eigenvalues) {
+  VecX out = VecX::Zero(U.cols());
+  if (model.matrices) return out;
+  for (const FeElement& e : model.elements) {
+    if (!fe_is_held_by_share(e.shape, e.formulation) || e.material < 0) continue;
+    MatX u = MatX::Zero(3 * Eigen::Index{e.count}, U.cols());
+    for (int i = 0; i < e.count; ++i)
+      for (int d = 0; d < 3; ++d)
+        if (const int row = system.dof[model.connectivity[e.first + i]][d]; row >= 0) u.row(3 * Eigen::Index{i} + d) = U.row(row);
+    out += hourglass_energy(e.shape, element_nodes(model, e), model.materials[e.material], e.id, u);
+  }
+  return out.cwiseQuotient(eigenvalues);
+}
+
 }  // namespace flexframe::sim

@@ -243,14 +243,16 @@ void condense_incompatible(const Mat3X& X, const FeMaterial& material, int id, M
 }
 
 // Motions of a C3D20R (or a C3D6) that none of its eight (two) points sees have no stiffness; through a single layer of elements they run
-// on. A thousandth of the full element's stiffness in the place of its own holds them: it changes frequencies by some 1e-5.
+// on. A thousandth of the full element's stiffness in the place of its own holds them: it changes frequencies by some 1e-5 (not where
+// single nodes are loaded or held: hourglass_energy).
+constexpr double hourglass_share = 1e-3;
+
 void hold_hourglass(FeShape shape, const Mat3X& X, const FeMaterial& material, int id, MatX& K) {
-  constexpr double share = 1e-3;
   const Mat6 C = elasticity(material);
-  K *= 1.0 - share;
+  K *= 1.0 - hourglass_share;
   for (const FePoint& p : solid_points(shape, FeFormulation::full, FeRule::mass, X, id)) {
     const MatX B = strain_matrix(p.dN);
-    K.noalias() += share * p.volume * B.transpose() * C * B;
+    K.noalias() += hourglass_share * p.volume * B.transpose() * C * B;
   }
 }
 
@@ -423,12 +425,25 @@ void solid_stiffness(FeShape shape, FeFormulation formulation, const Mat3X& X, c
       add_stiffness(dN, det * t.weights[i], lambda, mu, K);
     }
   }
-  if ((shape == FeShape::hexahedron20 && formulation == FeFormulation::reduced) || shape == FeShape::wedge6)
-    hold_hourglass(shape, X, material, id, K);
+  if (fe_is_held_by_share(shape, formulation)) hold_hourglass(shape, X, material, id, K);
   // Mirror the lower block triangle.
   for (Eigen::Index c = 0; c < 3 * n; ++c)
     for (Eigen::Index r = 0; r < c; ++r) K(r, c) = K(c, r);
   if (shape == FeShape::hexahedron8 && formulation == FeFormulation::incompatible) condense_incompatible(X, material, id, K);
+}
+
+bool fe_is_held_by_share(FeShape shape, FeFormulation formulation) {
+  return (shape == FeShape::hexahedron20 && formulation == FeFormulation::reduced) || shape == FeShape::wedge6;
+}
+
+VecX hourglass_energy(FeShape shape, const Mat3X& X, const FeMaterial& material, int id, const MatX& u) {
+  const Mat6 C = elasticity(material);
+  VecX out = VecX::Zero(u.cols());
+  for (const FePoint& p : solid_points(shape, FeFormulation::full, FeRule::mass, X, id)) {
+    const MatX strain = strain_matrix(p.dN) * u;
+    out += hourglass_share * p.volume * strain.cwiseProduct(C * strain).colwise().sum().transpose();
+  }
+  return out;
 }
 
 void solid_mass(FeShape shape, FeFormulation formulation, const Mat3X& X, const FeMaterial& material, int id, MatX& M) {

@@ -475,11 +475,28 @@ class Reducer {
     if (options.surface) add_surface(U);
   }
 
+  // Of the lowest frequencies those that are the hold's of hourglass motions.
+  void judge_hourglass(const MatX& U) {
+    constexpr double told = 0.02;  // twenty times what sound modes have
+    const VecX shares = hourglass_shares(model, system, U, basis.eigenvalues.head(U.cols()));
+    std::string held;
+    for (Eigen::Index k = 0; k < U.cols(); ++k)
+      if (shares(k) > told)
+        held += fmt::format("{}{:.4g} Hz by {:.2g} %", held.empty() ? "" : ", ", hertz(basis.eigenvalues(k)), 100.0 * shares(k));
+    if (!held.empty())
+      report().warnings.push_back(fmt::format(
+          "elements of reduced integration (C3D20R, C3D6) move in ways that their points do not see; of the lowest {} frequencies "
+          "these rest on the program's hold of such motions, by a share of their energy, and are too low: {}; take C3D20 (C3D15), "
+          "two layers of elements, or attach masses, springs and supports to faces in the place of single nodes",
+          U.cols(), held));
+  }
+
   // The lowest frequencies against those of a fine mesh.
   void judge_mesh(const MatX& U) {
     constexpr Eigen::Index looked_at = 6;
     constexpr double told = 0.01;  // what frequencies of finite elements are commonly taken to be good for
     const Eigen::Index count = std::min(looked_at, U.cols());
+    judge_hourglass(U.leftCols(count));
     const std::optional<VecX> errors = mesh_error(model, system, U.leftCols(count), basis.eigenvalues.head(count));
     lap("mesh error");
     if (!errors) return;
