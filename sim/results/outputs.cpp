@@ -292,12 +292,11 @@ double section_stress(const OutputPlan& plan, const Vec6& f) {
 
 }  // namespace
 
-void evaluate_outputs(const Model& model, const OutputPlans& plans, Work& work, const Reactions& reactions, const double* previous,
-                      double* row, const Energy* energy) {
+void evaluate_outputs(const Model& model, const OutputPlans& plans, Work& work, const Reactions& reactions, const OutputRow& row) {
   if (plans.sections) plans.sections->evaluate(model, work, reactions);
   for (const OutputPlan& plan : plans.outputs) {
-    double* out = row + plan.first;
-    const double* last = previous ? previous + plan.first : nullptr;
+    double* out = row.columns + plan.first;
+    const double* last = row.previous ? row.previous + plan.first : nullptr;
     switch (family_of(plan.def.quantity)) {
       case OutputFamily::section: {
         const Vec6 wrench = wrench_in_section(model, plans, plan.frame);
@@ -323,7 +322,7 @@ void evaluate_outputs(const Model& model, const OutputPlans& plans, Work& work, 
         else coordinate_force_columns(model, plan, work, out);
         break;
       case OutputFamily::energy:
-        energy_columns(model, plan, work, energy, out);
+        energy_columns(model, plan, work, row.energy, out);
         break;
       case OutputFamily::elastic: {
         const bool rates = plan.def.quantity == Quantity::qd;
@@ -340,9 +339,9 @@ void evaluate_outputs(const Model& model, const OutputPlans& plans, Work& work, 
   for (const OutputPlan& plan : plans.outputs) {
     if (family_of(plan.def.quantity) != OutputFamily::combination) continue;
     read.clear();
-    for (const int column : plan.reads) read.push_back(row[column]);
+    for (const int column : plan.reads) read.push_back(row.columns[column]);
     try {
-      row[plan.first] = plan.combination.value(work.time, read.data());
+      row.columns[plan.first] = plan.combination.value(work.time, read.data());
     } catch (const SimulationError& error) {
       throw SimulationError(fmt::format("output '{}': {}", plan.def.name, error.what()));
     }

@@ -57,10 +57,16 @@ OutputFamily family_of(Quantity quantity);
 // Throws InputError with file, line, what was found and what there is.
 OutputPlans plan_outputs(Model& model, const Scene& scene, bool all_shown = false);
 
-// Writes all columns for the current state. `previous`: the columns one sample before (rotations are continued through full turns), or
-// null. energy: of the whole system, where it is known already.
-void evaluate_outputs(const Model& model, const OutputPlans& plans, Work& work, const Reactions& reactions, const double* previous,
-                      double* row, const Energy* energy = nullptr);
+// Where the columns of a state go. previous: those one sample before (rotations are continued through full turns), or null. energy: of the
+// whole system, where it is known already.
+struct OutputRow {
+  const double* previous = nullptr;
+  double* columns = nullptr;
+  const Energy* energy = nullptr;
+};
+
+// Writes all columns for the current state.
+void evaluate_outputs(const Model& model, const OutputPlans& plans, Work& work, const Reactions& reactions, const OutputRow& row);
 
 // Coordinate and rate of a cut joint with one coordinate (revolute, prismatic).
 double loop_value(const Model& model, const Work& work, int loop);

@@ -242,7 +242,8 @@ void Recorder::record(System& system, double t, const VecX& y) {
     results_.supplied[row] = y[y.size() - 2];
     results_.dissipated[row] = y[y.size() - 1];
   }
-  evaluate_outputs(model, plans_, work, reactions_, row > 0 ? table_.col(row - 1).data() : nullptr, table_.col(row).data(), &e);
+  evaluate_outputs(model, plans_, work, reactions_,
+                   {.previous = row > 0 ? table_.col(row - 1).data() : nullptr, .columns = table_.col(row).data(), .energy = &e});
 }
 
 Results Recorder::finish(const System&) {
@@ -270,7 +271,8 @@ void HistoryRecorder::record(System& system, double t, const VecX& y) {
   const Eigen::Index row = row_++;
   MatX& table = histories_.values;
   const Energy e = compute_energy(system.model, system.work);
-  evaluate_outputs(system.model, plans_, system.work, reactions_, row > 0 ? table.col(row - 1).data() : nullptr, table.col(row).data(), &e);
+  evaluate_outputs(system.model, plans_, system.work, reactions_,
+                   {.previous = row > 0 ? table.col(row - 1).data() : nullptr, .columns = table.col(row).data(), .energy = &e});
   histories_.energy_scale = std::max({histories_.energy_scale, e.kinetic, e.strain});
   raise_scales(system, e, plans_.reactions, reactions_, histories_.scales);
 }
@@ -283,7 +285,8 @@ void CurrentOutputs::evaluate(System& system, double t, const VecX& y, VecX& row
   refresh(system, t, y, plans_.accelerations, plans_.reactions, reactions_);
   const VecX before = row;
   row.resize(static_cast<Eigen::Index>(plans_.columns.size()));
-  evaluate_outputs(system.model, plans_, system.work, reactions_, before.size() > 0 ? before.data() : nullptr, row.data());
+  evaluate_outputs(system.model, plans_, system.work, reactions_,
+                   {.previous = before.size() > 0 ? before.data() : nullptr, .columns = row.data()});
 }
 
 }  // namespace flexframe::sim

@@ -92,7 +92,8 @@ class Beside {
   VecX& block_states() { return system_.work.signals.z; }
   VecX outputs(const VecX& around) {
     VecX row = VecX::Zero(static_cast<Eigen::Index>(plans_.columns.size()));
-    evaluate_outputs(system_.model, plans_, system_.work, reactions_, around.size() > 0 ? around.data() : nullptr, row.data());
+    evaluate_outputs(system_.model, plans_, system_.work, reactions_,
+                     {.previous = around.size() > 0 ? around.data() : nullptr, .columns = row.data()});
     return row;
   }
 

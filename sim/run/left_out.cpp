@@ -370,7 +370,7 @@ bool LeftOut::assemble(const System& system) {
 
 VecX LeftOut::outputs(const double* previous) {
   VecX row = VecX::Zero(static_cast<Eigen::Index>(plans_.columns.size()));
-  evaluate_outputs(model_, plans_, work_, reactions_, previous, row.data());
+  evaluate_outputs(model_, plans_, work_, reactions_, {.previous = previous, .columns = row.data()});
   // Deflections are told from the undeformed body, to which what the frame has moved within it belongs now.
   for (const OutputPlan& plan : plans_.outputs) {
     if (plan.def.quantity != Quantity::displacement || sections_.at(plan.frame)[0] < 0) continue;

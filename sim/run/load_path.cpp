@@ -312,7 +312,7 @@ class Path {
     if (plans_.reactions) compute_reactions(problem_->model, system_.work, reactions_);
     LoadPathState state{now_.load, now_.stable, limit, VecX::Zero(static_cast<Eigen::Index>(plans_.columns.size()))};
     const double* last = out_.states.empty() ? nullptr : out_.states.back().outputs.data();
-    evaluate_outputs(problem_->model, plans_, system_.work, reactions_, last, state.outputs.data());
+    evaluate_outputs(problem_->model, plans_, system_.work, reactions_, {.previous = last, .columns = state.outputs.data()});
     out_.states.push_back(std::move(state));
     places_.push_back(now_.q);
   }
