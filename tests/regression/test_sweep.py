@@ -170,7 +170,9 @@ def killed_and_resumed(folder):
     run(*words, "-o", out, "--resume")
     expect(without_cpu(table_of(out)) == without_cpu(wanted), "the table differs after resuming")
     data = bytearray(rows.read_bytes())
-    data[len(data) // 3] ^= 1
+    # Within a row: two rows would be missing where its end is spoilt.
+    at = next(k for k in range(len(data) // 3, len(data)) if 10 not in (data[k], data[k] ^ 1))
+    data[at] ^= 1
     rows.write_bytes(data)
     done = run("collect", out, code=1)
     expect("1 of 300 points" in done.stdout and "damaged" in done.stderr, f"a damaged row: {done.stdout} {done.stderr}")
