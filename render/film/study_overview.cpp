@@ -345,8 +345,8 @@ void write_below_half(FlatDrawing& d, size_t first, const glm::dvec4& ground) {
     int out = 0;
     for (size_t k = first; k < d.strokes.size(); ++k)
       for (size_t i = 1; i < d.strokes[k].points.size(); ++i)
-        for (double share = 0.0; share <= 1.0; share += 0.02) {
-          const glm::dvec2 at = glm::mix(d.strokes[k].points[i - 1], d.strokes[k].points[i], share);
+        for (int step = 0; step <= 50; ++step) {
+          const glm::dvec2 at = glm::mix(d.strokes[k].points[i - 1], d.strokes[k].points[i], 0.02 * step);
           out += at.x > x && at.x < x + wide && at.y > ground.y && at.y < ground.y + high;
         }
     return out;

@@ -34,7 +34,7 @@ std::pair<std::string, std::string> split_column_name(std::string text) {
     const auto first = s.find_first_not_of(" \t"), last = s.find_last_not_of(" \t");
     return first == std::string::npos ? std::string() : s.substr(first, last - first + 1);
   };
-  text = trimmed(std::move(text));
+  text = trimmed(text);
   for (const auto& [open, close] : {std::pair{'[', ']'}, std::pair{'(', ')'}}) {
     if (text.empty() || text.back() != close) continue;
     const auto at = text.rfind(open);
