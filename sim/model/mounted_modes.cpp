@@ -84,7 +84,7 @@ MatX whole_mass(const FlexibleBody& body) {
 }  // namespace
 
 std::vector<Support> mounting_of(const Scene& scene, const std::string& body) {
-  const std::vector<Support> all = supports_of(scene, body);
+  std::vector<Support> all = supports_of(scene, body);
   const auto clamp = std::find_if(all.begin(), all.end(), [](const Support& s) { return s.clamp; });
   if (clamp == all.end()) return all;
   std::vector<Support> out{*clamp};

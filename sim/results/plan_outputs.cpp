@@ -30,6 +30,7 @@ struct Planning {
 
 std::vector<std::string> names_of(const auto& all) {
   std::vector<std::string> names;
+  names.reserve(all.size());
   for (const auto& one : all) names.push_back(one.name);
   return names;
 }

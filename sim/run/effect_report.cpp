@@ -357,7 +357,7 @@ bool call_for(const std::vector<LeftOutWorth>& found, double asked, Scene& scene
   std::vector<LeftOutWorth> counted_in;
   // The smallest stay out as long as all of them together are worth less than a third of what counts.
   double together = 0.0;
-  for (auto f = found.rbegin(); f != found.rend(); ++f) {
+  for (auto f = found.rbegin(); f != found.rend(); ++f) {  // NOLINT(modernize-loop-convert): from the last to the first
     together += f->share;
     if (!f->possible || together <= asked * (worth_leaving_out / 1e-2)) continue;
     std::vector<std::string> taken;

@@ -39,7 +39,7 @@ class HeldStart {
     update_expressions(model_, t, work_);
     work_.motion = motion_;
     VecX accelerations = VecX::Zero(model_.nv);
-    const VecX free = at(accelerations);
+    VecX free = at(accelerations);
     if (joints_.empty()) return free;
     const VecX relief = least_squares(mass_, VecX(of_joints(free)));
     for (size_t k = 0; k < joints_.size(); ++k) accelerations[joints_[k].v] = relief[static_cast<Eigen::Index>(k)];

@@ -106,9 +106,8 @@ std::vector<std::string> rate_owners(const System& system) {
       for (const Part& p : model.parts) {
         const bool of_joint = v >= p.v0 && v < p.v0 + p.joint.nv;
         if (!of_joint && (v < p.ev0 || v >= p.ev0 + p.body.n)) continue;
-        if (of_joint && p.joint.scene_joint >= 0) out.push_back(fmt::format("joint '{}'", p.joint.name));
-        else if (p.scene_body >= 0) out.push_back(fmt::format("body '{}'", system.scene.bodies[p.scene_body].name));
-        else out.push_back(fmt::format("joint '{}'", p.joint.name));
+        const bool named = (of_joint && p.joint.scene_joint >= 0) || p.scene_body < 0;
+        out.push_back(named ? fmt::format("joint '{}'", p.joint.name) : fmt::format("body '{}'", system.scene.bodies[p.scene_body].name));
         break;
       }
     }

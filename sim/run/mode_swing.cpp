@@ -4,6 +4,7 @@
 #include "sim/model/joint_motion.h"
 #include "sim/results/recorder.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -16,6 +17,7 @@ Results swing_in_mode(const System& system, const LinearMode& mode, double ampli
       (mode.shape.array().square() + mode.quadrature.array().square()).sqrt().matrix().cwiseProduct(sizes).cwiseAbs().maxCoeff();
   if (!(reach > 0.0)) throw InputError("the mode moves no coordinate");
   std::vector<double> times;
+  times.reserve(static_cast<size_t>(std::max(pictures, 0)));
   for (int i = 0; i < pictures; ++i) times.push_back(seconds * i / pictures);
   Recorder recorder(moved, times);
   const VecX start = moved.work.q;

@@ -82,7 +82,7 @@ std::string likely_cause(System system, double t, const VecX& y, const std::stri
     return error.what();
   }
   for (const auto reason : {self_locking, limit_of_reach, moves_without_inertia})
-    if (const std::string words = reason(system); !words.empty()) return words;
+    if (std::string words = reason(system); !words.empty()) return words;
   return "an acceleration grows without bound";
 }
 

@@ -32,7 +32,7 @@ double advised_tolerance(double tolerance, double error) {
 
 Difference estimate_time_error(const Histories& looser, const Histories& run, SolverStatistics& out) {
   const VecX ranges = output_ranges(run);
-  const Difference difference = compare_histories(looser, run, ranges);
+  Difference difference = compare_histories(looser, run, ranges);
   if (difference.column < 0) return difference;
   std::set<std::string> named;
   std::vector<std::string> large;

@@ -77,7 +77,7 @@ void include_files(TomlValue& root, const fs::path& file, const fs::path& scene_
   if (!reader.has("include")) return;
   const bool one = reader.find("include")->type == TomlValue::Type::text;
   const std::vector<std::string> names = one ? std::vector{reader.text("include")} : reader.texts("include");
-  for (auto name = names.rbegin(); name != names.rend(); ++name) {
+  for (auto name = names.rbegin(); name != names.rend(); ++name) {  // NOLINT(modernize-loop-convert): from the last to the first
     if (name->empty()) reader.fail("include", "is empty; a file name is expected");
     fs::path path(*name);
     if (path.is_relative()) path = file.parent_path() / path;

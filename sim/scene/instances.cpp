@@ -224,6 +224,7 @@ void place_instances(TomlValue& root, const std::string& file, const Parameters&
     if (!groups.emplace(name, group).second) group.fail("name", "is already the name of another group");
   }
   std::vector<std::string> known;
+  known.reserve(groups.size());
   for (const auto& entry : groups) known.push_back(entry.first);
   const TomlValue instances = root.find("instance") ? *root.find("instance") : TomlValue{};
   const TomlValue definitions = root.find("group") ? *root.find("group") : TomlValue{};

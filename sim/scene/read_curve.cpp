@@ -31,9 +31,10 @@ bool follows(const Place& place, double from, double to, int n) {
   int turned = 0;
   Vec3 last = place(from), before = Vec3::Zero();
   for (int i = 1; i <= 2 * n; ++i) {
-    const Vec3 now = place(from + (to - from) * (i / 2 + (i % 2 ? between : 0.0)) / n), way = now - last;
-    if (i > 1 && before.cross(way).norm() > std::sin(turn_of_points) * before.norm() * way.norm()) ++turned;
-    else if (i > 1 && before.dot(way) < 0.0) ++turned;
+    const int whole = i / 2;
+    const Vec3 now = place(from + (to - from) * (whole + (i % 2 ? between : 0.0)) / n), way = now - last;
+    const bool bends = before.cross(way).norm() > std::sin(turn_of_points) * before.norm() * way.norm();
+    if (i > 1 && (bends || before.dot(way) < 0.0)) ++turned;
     last = now;
     before = way;
   }

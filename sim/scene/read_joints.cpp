@@ -305,7 +305,7 @@ std::string read_driven_expression(const TableReader& reader, std::string_view k
     reader.fail(key, fmt::format("must be a number or an expression of t, found {}", describe(value)));
   try {
     const std::string named = reader.parameters().substitute(reader.text(key));
-    const std::string text = with_inputs(named, inputs);
+    std::string text = with_inputs(named, inputs);
     const Expression expression(text);
     if (text != named) driven = named;
     return text;

@@ -58,6 +58,7 @@ struct Known {
 
 std::vector<Known> known_readings(const Scene& scene, const std::vector<Reading>& own) {
   std::vector<Known> out;
+  out.reserve(own.size());
   for (const Reading& r : own) out.push_back({r, ""});
   for (std::size_t i = 0; i < scene.blocks.size(); ++i) {
     const BlockDef& block = scene.blocks[i];
@@ -120,6 +121,7 @@ StateExpression read_state_expression(const TableReader& reader, std::string_vie
   if (value.type != TomlValue::Type::text) reader.fail(key, fmt::format("must be a number or an expression, found {}", describe(value)));
   const std::vector<Known> known = known_readings(scene, own);
   std::vector<std::string> names;
+  names.reserve(known.size());
   for (const Known& k : known) names.push_back(k.reading.name);
   StateExpression out;
   std::vector<std::string> used;
