@@ -349,28 +349,28 @@ FLEXFRAME_INLINE void solve_rows_block(const double* l, double* x, int n, Eigen:
     return true;
   };
   while (start < n && zero(start)) ++start;
-  for (int j = start; j < n; ++j) {
+  for (Eigen::Index j = start; j < n; ++j) {
     double* const xj = x + j * m;
     Four s[Fours];
-    for (int b = 0; b < Fours; ++b) s[b] = four(xj + 4 * b).v;
-    for (int k = start; k < j; ++k) {
-      const double a = l[static_cast<Eigen::Index>(k) * n + j];
-      for (int b = 0; b < Fours; ++b) s[b] -= a * four(x + k * m + 4 * b).v;
+    for (Eigen::Index b = 0; b < Fours; ++b) s[b] = four(xj + 4 * b).v;
+    for (Eigen::Index k = start; k < j; ++k) {
+      const double a = l[k * n + j];
+      for (Eigen::Index b = 0; b < Fours; ++b) s[b] -= a * four(x + k * m + 4 * b).v;
     }
-    const double inverse = 1.0 / l[static_cast<Eigen::Index>(j) * (n + 1)];
-    for (int b = 0; b < Fours; ++b) four(xj + 4 * b).v = s[b] * inverse;
+    const double inverse = 1.0 / l[j * (n + 1)];
+    for (Eigen::Index b = 0; b < Fours; ++b) four(xj + 4 * b).v = s[b] * inverse;
   }
-  for (int j = n; j-- > 0;) {
+  for (Eigen::Index j = n; j-- > 0;) {
     double* const xj = x + j * m;
-    const double* const lj = l + static_cast<Eigen::Index>(j) * n;
+    const double* const lj = l + j * n;
     Four s[Fours];
-    for (int b = 0; b < Fours; ++b) s[b] = four(xj + 4 * b).v;
-    for (int k = n; --k > j;) {
+    for (Eigen::Index b = 0; b < Fours; ++b) s[b] = four(xj + 4 * b).v;
+    for (Eigen::Index k = n; --k > j;) {
       const double a = lj[k];
-      for (int b = 0; b < Fours; ++b) s[b] -= a * four(x + k * m + 4 * b).v;
+      for (Eigen::Index b = 0; b < Fours; ++b) s[b] -= a * four(x + k * m + 4 * b).v;
     }
     const double inverse = 1.0 / lj[j];
-    for (int b = 0; b < Fours; ++b) four(xj + 4 * b).v = s[b] * inverse;
+    for (Eigen::Index b = 0; b < Fours; ++b) four(xj + 4 * b).v = s[b] * inverse;
   }
 }
 
@@ -489,7 +489,7 @@ namespace {
 
 // As below, written out.
 bool invert_two(double* a) {
-  const int p = std::abs(a[1]) > std::abs(a[0]) ? 1 : 0, r = 1 - p;
+  const Eigen::Index p = std::abs(a[1]) > std::abs(a[0]) ? 1 : 0, r = 1 - p;
   const double pivot = a[p], right = a[2 + p], below = a[r];
   if (!(std::abs(pivot) > 0.0)) return false;
   const double inverse = 1.0 / pivot, u = right * inverse, left = a[2 + r] - below * u;

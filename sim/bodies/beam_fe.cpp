@@ -428,7 +428,7 @@ std::vector<ElementStrain> fe_strains(const BeamDef& def, const BeamEffects& eff
     const auto row = [&](const VecX& local) {
       CoordinateRow r;
       for (Eigen::Index i = 0; i < local.size(); ++i)
-        if (const int k = coordinate[e * layout.per_node + i]; k >= 0 && local[i] != 0.0) r[k] = local[i];
+        if (const int k = coordinate[Eigen::Index{e} * layout.per_node + i]; k >= 0 && local[i] != 0.0) r[k] = local[i];
       return r;
     };
     out.push_back({layout.at(e, 0.0),

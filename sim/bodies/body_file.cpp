@@ -183,7 +183,7 @@ std::vector<int> read_indices(const Reader& reader, hid_t group, const std::stri
 
 void read_matrices(const Reader& reader, hid_t file, FlexibleBody& b) {
   const auto n = static_cast<hsize_t>(b.n);
-  const auto get = [&](const char* name, std::vector<hsize_t> shape, bool optional) {
+  const auto get = [&](const char* name, const std::vector<hsize_t>& shape, bool optional) {
     return reader.numbers(file, name, "/", shape, optional);
   };
   const auto or_zero = [&](const char* name, hsize_t rows) {
