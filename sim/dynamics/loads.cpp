@@ -155,7 +155,7 @@ template <class W>
 typename W::In::Twist frame_wrench(const Model& model, const W& work, int load, double value) {
   using S = typename W::In;
   const ForceDef& def = model.loads[load].def;
-  const typename S::Twist F = direction_of(model, work, load) * value;
+  typename S::Twist F = direction_of(model, work, load) * value;
   if (def.follower) return F;
   if (def.kind == ForceKind::torque)
     return joined(typename S::Linear(S::Linear::Zero()), turn_back(frame_world(model, work, model.loads[load].on), angular(F)));

@@ -256,7 +256,7 @@ struct Solver {
     } else if (c.parent != ground) {
       r.carried = to_child(compose(entry_pose(model, work, cluster, entry++), p.step), work.bases[cluster].A);
     }
-    for (int k = 0; k < part(at).joint.nv; ++k) r.joints[static_cast<size_t>(s.joint_of[at] + k)] = column(p.Hj, k);
+    for (int k = 0; k < part(at).joint.nv; ++k) r.joints[static_cast<size_t>(s.joint_of[at]) + k] = column(p.Hj, k);
     if (part(at).body.n > 0 && work.frames[part(at).joint.outboard].flexible) r.raw[at] = p.C.data();
     r.follows = false;
     for (const int d : s.dep) r.follows = r.follows || !r.joints[static_cast<size_t>(d)].isZero(0.0);
@@ -313,11 +313,11 @@ struct Solver {
       for (size_t d = 0; d < s.dep.size(); ++d)
         for (int row = 0; row < 3; ++row)
           if (const double x = r.joints[static_cast<size_t>(s.dep[d])][row]; x != 0.0)
-            add_multiple(&cw.Et(first, static_cast<Eigen::Index>(d)), x, n, out + row * n);
+            add_multiple(&cw.Et(first, static_cast<Eigen::Index>(d)), x, n, out + Eigen::Index{row} * n);
       U = out;
     }
     for (int row = 0; row < 3; ++row)
-      if (r.force[row] != 0.0) add_multiple(U + row * n, -r.force[row], n, cw.a.data() + first);
+      if (r.force[row] != 0.0) add_multiple(U + Eigen::Index{row} * n, -r.force[row], n, cw.a.data() + first);
     if (r.weightless) return;
     r.U[a] = U;
     if (!r.rigid) return;
@@ -368,7 +368,7 @@ struct Solver {
   // Of one independent rate of a joint: its row of U, and the force on it.
   void take_joint(size_t at, int k, Eigen::Index index) {
     Joints& all = s.joints;
-    const size_t rate = static_cast<size_t>(s.joint_of[at] + k);
+    const size_t rate = static_cast<size_t>(s.joint_of[at]) + k;
     double h = joint_force(static_cast<int>(rate)), inertia = 0.0;
     for (size_t d = 0; d < s.dep.size(); ++d) h += cw.Et(index, static_cast<Eigen::Index>(d)) * joint_force(s.dep[d]);
     double* const u = all.U[all.count];

@@ -39,8 +39,8 @@ Vec3 frame_quantity(const Model& model, W& work, const Signal& s) {
   FrameState from{Pose{}, Vec3::Zero(), Vec3::Zero()};
   if (s.relative_to >= 0) from = frame_state(model, work, s.relative_to);
   const Mat3 turn = from.pose.R.transpose() * seen.pose.R;
-  const Vec3 apart = from.pose.R.transpose() * (seen.pose.p - from.pose.p);
-  const Vec3 velocity = turn * seen.v - from.v - from.w.cross(apart);
+  Vec3 apart = from.pose.R.transpose() * (seen.pose.p - from.pose.p);
+  Vec3 velocity = turn * seen.v - from.v - from.w.cross(apart);
   switch (s.quantity) {
     case Quantity::velocity:
       return velocity;

@@ -77,7 +77,7 @@ void read_of_joint(const TableReader& reader, const Scene& scene, const std::str
   if (output.quantity == Quantity::stop_force) lacks(joint->stop.has_value(), "stop");
   if (output.quantity == Quantity::friction_force) lacks(joint->friction.has_value(), "friction");
   const bool coordinate = output.quantity == Quantity::value || output.quantity == Quantity::rate;
-  if (coordinate && traits(joint->kind).rates.size() == 0)
+  if (coordinate && traits(joint->kind).rates.empty())
     reader.fail("quantity", fmt::format("is '{}', but a {} joint has no coordinate", quantity, traits(joint->kind).word));
 }
 

@@ -24,7 +24,7 @@ Own cylinder(double radius, double length, double density) {
   return {m, m * Vec3(radius * radius / 4.0, radius * radius / 4.0, length * length / 12.0)};
 }
 
-Own without(Own outer, const Own& inner) { return {outer.mass - inner.mass, outer.squares - inner.squares}; }
+Own without(const Own& outer, const Own& inner) { return {outer.mass - inner.mass, outer.squares - inner.squares}; }
 
 Own capsule(double r, double length, double density) {
   Own out = cylinder(r, length, density);
