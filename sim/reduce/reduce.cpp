@@ -481,14 +481,14 @@ class Reducer {
     const VecX shares = hourglass_shares(model, system, U, basis.eigenvalues.head(U.cols()));
     std::string held;
     for (Eigen::Index k = 0; k < U.cols(); ++k)
-      if (shares(k) > told)
-        held += fmt::format("{}{:.4g} Hz by {:.2g} %", held.empty() ? "" : ", ", hertz(basis.eigenvalues(k)), 100.0 * shares(k));
+      if (shares(k) > told) held += fmt::format("{}{:.4g} Hz", held.empty() ? "" : ", ", hertz(basis.eigenvalues(k)));
     if (!held.empty())
       report().warnings.push_back(fmt::format(
-          "elements of reduced integration (C3D20R, C3D6) move in ways that their points do not see; of the lowest {} frequencies "
-          "these rest on the program's hold of such motions, by a share of their energy, and are too low: {}; take C3D20 (C3D15), "
-          "two layers of elements, or attach masses, springs and supports to faces in the place of single nodes",
-          U.cols(), held));
+          "hourglass motions, which the points of reduced integration (C3D20R, C3D6) do not see, make some of the lowest {} frequencies "
+          "too "
+          "low: {} (up to {:.2g} % of a mode's energy is in the small stiffness that the program adds against them); take C3D20 (C3D15) or "
+          "two layers of elements, or attach masses, springs and supports to faces instead of single nodes",
+          U.cols(), held, 100.0 * shares.maxCoeff()));
   }
 
   // The lowest frequencies against those of a fine mesh.

@@ -48,7 +48,7 @@ Reduction of(const std::string& element, bool point) {
   return reduced(read_inp(scratch.put("bar.inp", bar(element, point))), 6);
 }
 
-constexpr const char* told = "rest on the program's hold of such motions";
+constexpr const char* told = "hourglass motions";
 
 TEST(ReduceHourglass, SoundBarsAreNotToldOf) {
   const Reduction whole = of("C3D20", false), fewer = of("C3D20R", false);
