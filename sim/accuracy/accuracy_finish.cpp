@@ -121,10 +121,9 @@ std::optional<Finished> finish(Task& t, double limit) {
       judge = search.run_within(finer, unlimited);
       // Where it tells more, its word counts.
       MatX left = judge ? MatX(-relative(*judge, thinned)) : space;
-      // Three levels tell how fast they converge. After a jump of a load the first of them may fall fast and all others by 2 (1/n, a rod
-      // pulled at once): no faster fall is taken for granted.
+      // Three levels tell how fast they converge.
       if (judge) {
-        const double falls = std::clamp(step / std::max(largest(left), 1e-300), 1.5, 2.0);
+        const double falls = std::clamp(step / std::max(largest(left), 1e-300), 1.5, 6.0);
         left *= falls / (falls - 1.0);
       }
       for (Eigen::Index c = 0; c < space.rows(); ++c)

@@ -18,7 +18,8 @@ constexpr double tightest = 1e-11;
 // Where events shift with what a body lacks, its run with more modes tells half of it at least.
 constexpr double shifted = 2.25;
 // What lies beyond the next modes too, where nothing damps the vibrations: shares that fall by 1.6 a mode add as squares.
-constexpr double tail_undamped = 1.28;
+// Of stretching and twist under a force at the end it is as much again as twice the modes have brought: they fall as 1/n.
+constexpr double tail_undamped = 1.28, tail_stiff = 2.0;
 // What a round of refinement is thought to bring, however little the last one did (every second mode may have no part in the motion), and
 // where none is known: half as many modes more, of which what lacks falls as n^-3. Its price then: twice the one before.
 constexpr double least_fall = 1.2, best_fall = 3.4, usual_growth = 2.0;
@@ -223,7 +224,9 @@ bool Followed::judge_all_at_once() {
   }
   const MatX left = relative(*judge, *here);
   const double of_space = beyond_time(largest(left), 2.0 * std::pow(largest(time), 2));
-  space = of_space > 0.0 ? MatX(left * (tail_undamped * of_space / largest(left))) : MatX::Zero(time.rows(), time.cols());
+  const bool stiff = std::any_of(list.begin(), list.end(), [](const Refinement& r) { return r.stiff; });
+  space = of_space > 0.0 ? MatX(left * ((stiff ? tail_stiff : tail_undamped) * of_space / largest(left)))
+                         : MatX::Zero(time.rows(), time.cols());
   // Bodies pass what they lack on to each other (slider-crank with an elastic crank: 4.0e-3 told where 1.0e-2 was true).
   const bool several = std::any_of(list.begin(), list.end(), [&](const Refinement& r) { return r.body != list.front().body; });
   if (search.touches || several) space *= 3.0;

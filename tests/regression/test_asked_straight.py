@@ -155,4 +155,33 @@ def forms_that_do_not_fit(folder):
     expect(any("finite-element" in word for word in summary["accuracy"]["chosen"]), f"blade: {summary['accuracy']['chosen']}")
 
 
-run_parts(straight_whatever_is_asked, double_pendulum, released_beam, tapered_at_rest, followed_vibrations, forms_that_do_not_fit)
+def rod_pulled(folder):
+    # A rod pulled at its end within a few of its periods: waves along it, each reflection at the clamp with the other sign (d'Alembert).
+    # What the modes of stretching lack falls as 1/n.
+    E, A, L, F, T, end = 2.1e11, 0.035 * 0.0256, 0.246, 18500.0, 4.27e-4, 1.52e-3
+    text = (
+        f"[simulation]\nduration = {end}\noutput_rate = {200 / end}\ngravity = [0, 0, 0]\n"
+        + f'[[body]]\nname = "rod"\nkind = "beam"\nlength = {L}\nsection = {{ shape = "rectangle", height = 0.035, width = 0.0256 }}\n'
+        + "material = { density = 7850, youngs_modulus = 2.1e11, poisson = 0.3 }\n"
+        + '[[joint]]\nname = "clamp"\nkind = "weld"\nparent = "ground"\nchild = "rod.root"\n'
+        + '[[force]]\nkind = "force"\non = "rod.tip"\ndirection = [1, 0, 0]\n'
+        + f'value = "{F} * (t < {T} ? sin(pi*t/{2 * T})^2 : 1)"\n'
+        + '[[output]]\nname = "tip"\nof = "rod.tip"\nquantity = "displacement"\n'
+    )
+    c = np.sqrt(E / 7850.0)
+    t = np.linspace(0.0, end, 200001)
+
+    def force(at):
+        return np.where(at < 0.0, 0.0, np.where(at < T, F * np.sin(np.pi * np.clip(at, 0.0, T) / (2 * T)) ** 2, F))
+
+    speed = c / (E * A) * (force(t) + 2 * sum((-1) ** k * force(t - 2 * k * L / c) for k in range(1, 40)))
+    place = np.r_[0.0, np.cumsum((speed[1:] + speed[:-1]) / 2 * np.diff(t))]
+    for asked in (1e-2, 3e-3):
+        summary, h = ask(folder, text, asked)
+        truth = np.interp(h["t"], t, place)
+        judge("pulled rod", summary, np.abs(h["tip.x"] - truth).max() / np.ptp(truth), asked)
+
+
+run_parts(
+    straight_whatever_is_asked, double_pendulum, released_beam, tapered_at_rest, followed_vibrations, forms_that_do_not_fit, rod_pulled
+)
