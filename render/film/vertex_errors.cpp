@@ -3,6 +3,7 @@
 #include "render/film/overlay.h"
 #include "render/frame/layout.h"
 #include "sim/base/spatial.h"
+#include "sim/bodies/beam_pieces.h"
 
 #include <algorithm>
 #include <cmath>
@@ -215,38 +216,65 @@ VertexDistance sample_errors(const Animation& animation, int most) {
 
 namespace {
 
-// Displacement of any point of a straight beam as its elements have it: places and tangents of the nodes joined by cubic Hermite curves,
-// the sections plane and square to the curve, their twist linear between the nodes.
+// Displacement of any point of a beam as its elements have it: places and tangents of the nodes joined by cubic Hermite curves, sections
+// plane and square to the curve, their twist linear between the nodes. Elements of a curved beam are straight.
 class BeamField {
  public:
-  explicit BeamField(const sim::ResultBody& body) : body_(body), order_(body.nodes.size()) {
+  BeamField(const sim::ResultBody& body, const sim::BodyDef* def) : body_(body), order_(body.nodes.size()) {
     std::iota(order_.begin(), order_.end(), size_t{0});
-    std::stable_sort(order_.begin(), order_.end(), [&](size_t a, size_t b) { return body.nodes[a].origin.x() < body.nodes[b].origin.x(); });
+    const auto* beam = def ? std::get_if<sim::BeamDef>(&def->kind) : nullptr;
+    std::vector<double> along;
+    for (const sim::ResultNode& node : body.nodes) along.push_back(beam && beam->axis ? nearest_on(*beam, node.origin) : node.origin.x());
+    std::stable_sort(order_.begin(), order_.end(), [&](size_t a, size_t b) { return along[a] < along[b]; });
   }
   static bool suits(const sim::ResultBody& body, const sim::BodyDef* def) {
     const auto* beam = def ? std::get_if<sim::BeamDef>(&def->kind) : nullptr;
-    return body.kind == "beam" && body.nodes.size() > 1 && body.rotation.size() > 0 && beam && !beam->axis;
+    return body.kind == "beam" && body.nodes.size() > 1 && body.rotation.size() > 0 && beam;
   }
   sim::Vec3 displaced(const sim::Vec3& x, Eigen::Index sample) const {
-    size_t i = 0;
-    while (i + 2 < order_.size() && body_.nodes[order_[i + 1]].origin.x() < x.x()) ++i;
-    const double x0 = body_.nodes[order_[i]].origin.x(), h = body_.nodes[order_[i + 1]].origin.x() - x0;
+    const size_t i = element_at(x);
+    const sim::Vec3 from = axis(order_[i]), chord = axis(order_[i + 1]) - from;
+    const double h = chord.norm();
     if (!(h > 0.0)) return motion(order_[i], sample);
-    const double s = (x.x() - x0) / h;
+    const sim::Vec3 e0 = chord / h;
+    const double s = (x - from).dot(e0) / h;
     const sim::Mat3 r0 = turn(order_[i], sample), r1 = turn(order_[i + 1], sample);
-    const sim::Vec3 p0 = axis(order_[i]) + motion(order_[i], sample), p1 = axis(order_[i + 1]) + motion(order_[i + 1], sample);
+    const sim::Vec3 p0 = from + motion(order_[i], sample), p1 = axis(order_[i + 1]) + motion(order_[i + 1], sample);
     // Tangents of the length that the element has now: stretching is linear.
-    const sim::Vec3 t0 = h * r0.col(0), t1 = h * r1.col(0);
+    const sim::Vec3 t0 = r0 * chord, t1 = r1 * chord;
     const double s2 = s * s, s3 = s2 * s;
     const sim::Vec3 p = (2 * s3 - 3 * s2 + 1) * p0 + (s3 - 2 * s2 + s) * t0 + (3 * s2 - 2 * s3) * p1 + (s3 - s2) * t1;
     const sim::Vec3 along = (6 * s2 - 6 * s) * p0 + (3 * s2 - 4 * s + 1) * t0 + (6 * s - 6 * s2) * p1 + (3 * s2 - 2 * s) * t1;
     const sim::Quat q = sim::Quat(r0).slerp(s, sim::Quat(r1));
-    const sim::Vec3 e = q.toRotationMatrix().col(0);
+    const sim::Vec3 e = q * e0;
     const sim::Mat3 r = (sim::Quat::FromTwoVectors(e, along) * q).toRotationMatrix();
-    return p + r * sim::Vec3(0.0, x.y(), x.z()) - x;
+    return p + r * (x - from - s * chord) - x;
   }
 
  private:
+  // x/L of the place of a curved axis that is nearest.
+  static double nearest_on(const sim::BeamDef& beam, const sim::Vec3& x) {
+    constexpr int places = 2000;
+    double out = 0.0, nearest = 1e300;
+    for (int k = 0; k <= places; ++k) {
+      const double s = static_cast<double>(k) / places, apart = (sim::place_on_axis(beam, s) - x).squaredNorm();
+      if (apart < nearest) nearest = apart, out = s;
+    }
+    return out;
+  }
+  // The element beside which a point lies: its chord is the nearest.
+  size_t element_at(const sim::Vec3& x) const {
+    size_t out = 0;
+    double nearest = 1e300;
+    for (size_t i = 0; i + 1 < order_.size(); ++i) {
+      const sim::Vec3 from = axis(order_[i]), chord = axis(order_[i + 1]) - from;
+      const double length2 = chord.squaredNorm();
+      const double s = length2 > 0.0 ? std::clamp((x - from).dot(chord) / length2, 0.0, 1.0) : 0.0;
+      const double apart = (x - from - s * chord).squaredNorm();
+      if (apart < nearest) nearest = apart, out = i;
+    }
+    return out;
+  }
   sim::Vec3 axis(size_t node) const { return body_.nodes[node].origin; }
   sim::Vec3 motion(size_t node, Eigen::Index sample) const {
     return body_.displacement.row(sample).segment<3>(static_cast<Eigen::Index>(3 * node)).transpose();
@@ -285,7 +313,7 @@ MapErrors map_errors(const Animation& animation, const sim::Scene* scene, int mo
     if (body.displacement.size() == 0) continue;
     const sim::BodyDef* def = definition(scene, body.name);
     const bool beam = BeamField::suits(body, def);
-    const BeamField field(body);
+    const BeamField field(body, def);
     BodyModel doubting;
     if (!beam) {
       RenderSettings settings = animation.settings;

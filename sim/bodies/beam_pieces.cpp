@@ -112,8 +112,8 @@ Section piece_section(const BeamDef& beam, int k) {
 }
 
 Pose piece_pose(const BeamDef& beam, int k) {
+  if (beam.axis) return chord_pose(beam, k);
   Pose out;
-  if (beam.axis) return compose(inverse(chord_pose(beam, 0)), chord_pose(beam, k));
   out.p.x() = piece_start(beam, k);
   return out;
 }
@@ -126,9 +126,7 @@ Mat3 tangent_in_piece(const BeamDef& beam, int k, double s) {
 }
 
 Vec3 place_on_axis(const BeamDef& beam, double s) {
-  if (!beam.axis) return {s * beam.length, 0.0, 0.0};
-  const Pose first = chord_pose(beam, 0);
-  return first.R.transpose() * (beam.axis->at(s * beam.length).place - first.p);
+  return beam.axis ? beam.axis->at(s * beam.length).place : Vec3(s * beam.length, 0.0, 0.0);
 }
 
 Vec3 beside_piece(const BeamDef& beam, int k, double s) {

@@ -20,14 +20,14 @@ Section piece_section(const BeamDef& beam, int k);
 // The section at x/L = s; at a step the one before it.
 Section section_at(const BeamDef& beam, double s);
 
-// Pose of piece k of a curved beam in the axes in which the curve is given. It is straight: along its chord, as far beside that as the
+// Pose of piece k of a curved beam in the body's frame, in whose axes the curve is given. It is straight: along its chord, as far beside that as the
 // curve is on the average (Simpson's rule, exact for a parabola), so that forces have their true levers.
 Pose chord_pose(const BeamDef& beam, int k);
-// Undeformed pose of a piece in the frame of the first one.
+// Undeformed pose of a piece in the body's frame.
 Pose piece_pose(const BeamDef& beam, int k);
 // How the tangent frame of a curved beam at x/L = s is turned against piece k: x along the curve, y carried along it without twist.
 Mat3 tangent_in_piece(const BeamDef& beam, int k, double s);
-// Place of the axis at x/L = s in the frame of the first piece, m.
+// Place of the axis at x/L = s in the body's frame, m.
 Vec3 place_on_axis(const BeamDef& beam, double s);
 // From piece k's own axis to the place of a curved beam's axis at x/L = s, in the axes of the piece, m.
 Vec3 beside_piece(const BeamDef& beam, int k, double s);

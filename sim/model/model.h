@@ -63,7 +63,7 @@ struct Part {
   std::string name;
   int scene_body = -1;  // -1: the massless link of a joint that closes a loop and has coordinates
   int piece = 0;        // of the body's chain
-  Pose rest_in_body;    // undeformed pose of the part in the body's frame (the first piece's)
+  Pose rest_in_body;    // undeformed pose of the part in the body's frame
   FlexibleBody body;
   ShownFrame shown;
   TreeJoint joint;

@@ -222,8 +222,10 @@ Vec3 across(const Vec3& e) {
 
 Pose shown_pose(const Model& model, int body, const ShownFrom& shown, Work& work) {
   const int first = model.pieces[body].front();
-  if (shown.kind == ShownFrom::body) return {};
-  if (shown.kind == ShownFrom::boundary) return shown_pose(model, first, work);
+  // The first piece of a curved beam lies along its chord, the body's frame along the curve.
+  const Pose& piece = model.parts[first].rest_in_body;
+  if (shown.kind == ShownFrom::body) return inverse(piece);
+  if (shown.kind == ShownFrom::boundary) return compose(shown_pose(model, first, work), inverse(piece));
   if (shown.kind == ShownFrom::mean) {
     if (shown.mean_motion.size() == 0) return mean_of_chain(model, first, work);
     const Vec6 m = shown.mean_motion * work.parts[first].q;

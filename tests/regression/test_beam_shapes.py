@@ -1,6 +1,7 @@
 """Stepped, tapered, turned and curved beams, and the beams of Simo and Vu-Quoc 1986, against closed formulas and own integrations."""
 import math
 import pathlib
+import re
 import sys
 
 import numpy as np
@@ -8,6 +9,7 @@ from arrays import simulate_and_say as simulate
 from program import expect, finish, near, run, temporary_folder
 from scene_text import output
 from scipy.integrate import quad, solve_ivp
+from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 E, nu, rho = 70e9, 0.3, 2700.0
@@ -186,6 +188,48 @@ def arcs(folder):
     )
     r = simulate(folder, scene)
     near(np.max(np.abs(r["E"] - r["E"][0])), 0, 1e-5 * np.max(r["T"]), "a swinging arc, energy")
+
+
+def displacement_of_curves(folder):
+    """Displacements of a curved beam are seen in the axes in which its curve is given, however many volumes it has: what its places moved
+    against its root, and pictures of many volumes are those of few."""
+    rng = np.random.default_rng(7)
+    for case in range(4):
+        L, (b, c, d) = 0.6, rng.uniform(-0.5, 0.5, 3)
+        place = lambda u: np.array([L * u, b * u**2 + c * u**3, d * u**2])
+        speed = lambda u: math.sqrt(L**2 + (2 * b * u + 3 * c * u**2) ** 2 + (2 * d * u) ** 2)
+        whole, part = quad(speed, 0, 1)[0], rng.uniform(0.3, 0.7)
+        inside = brentq(lambda u: quad(speed, 0, u)[0] - part * whole, 0, 1, xtol=1e-14)
+        turn, at = rng.uniform(-1, 1, 3), rng.uniform(-1, 1, 3)
+        hinged = case == 3
+        scene = statics("[0, -9.81, 0]") if not hinged else "[simulation]\nduration = 0.3\noutput_rate = 50\n"
+        curve = f'axis = {{ x = "{L}*u", y = "{b!r}*u^2 + {c!r}*u^3", z = "{d!r}*u^2", to = 1 }}\nframes = {{ mid = {part!r} }}\n'
+        scene += beam("beam", f"{curve}section = {{ shape = 'rectangle', width = 0.02, height = 0.01 }}\nvolumes = 8\n")
+        hold = f"position = {list(map(float, at))}\nrotation = {list(map(float, turn))}\n"
+        scene += f'[[joint]]\nname = "hold"\nkind = "{"revolute" if hinged else "weld"}"\nparent = "ground"\nchild = "beam"\n{hold}'
+        scene += force("beam.tip", str(list(map(float, rng.uniform(-1, 1, 3)))), 3.0)
+        scene += output("root", "beam", "position") + output("turn", "beam", "rotation")
+        for name in ("mid", "tip"):
+            scene += output(name, f"beam.{name}", "position") + output(f"d_{name}", f"beam.{name}", "displacement")
+        pictures = {}
+        for volumes in (8, 16):
+            r = simulate(folder, scene.replace("volumes = 8", f"volumes = {volumes}"), "--no-error-estimate", "--no-effect-check")
+            (folder / "r.h5").rename(folder / f"v{volumes}.h5")
+            vectors = lambda name: np.stack([r[f"{name}.{a}"] for a in "xyz"], 1)
+            back = Rotation.from_rotvec(vectors("turn")).inv()
+            pictures[volumes] = vectors("d_tip")
+            for name, u in (("mid", inside), ("tip", 1.0)):
+                wanted = back.apply(vectors(name) - vectors("root")) - place(u)
+                largest = np.max(np.abs(wanted))
+                what = f"{'hinged' if hinged else 'clamped'} curve {case}, {volumes} volumes, displacement of '{name}'"
+                expect(largest > 1e-5, f"{what}: it hardly moves, {largest:.2g} m")
+                near(np.max(np.abs(vectors(f"d_{name}") - wanted)), 0, 1e-6 * largest + 1e-11, what)
+        largest = np.max(np.abs(pictures[16]))
+        bound = 0.2 if hinged else 0.01  # what swings freely loses step
+        near(np.max(np.abs(pictures[8] - pictures[16])), 0, bound * largest, f"curve {case}, tip's displacement by 8 and 16 volumes")
+        told = run("compare", folder / "v8.h5", folder / "v16.h5").stdout
+        apart = float(re.search(r"at most ([\d.e+-]+) px", told).group(1))
+        expect(apart < 3.0, f"curve {case}: pictures of 8 and 16 volumes are {apart} px apart: {told}")
 
 
 def coil_spring(folder):
@@ -549,6 +593,7 @@ with temporary_folder() as folder:
         steps_and_tapers,
         turned_sections,
         arcs,
+        displacement_of_curves,
         coil_spring,
         spin_up,
         spaghetti,
