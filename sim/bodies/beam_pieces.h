@@ -20,8 +20,8 @@ Section piece_section(const BeamDef& beam, int k);
 // The section at x/L = s; at a step the one before it.
 Section section_at(const BeamDef& beam, double s);
 
-// Pose of piece k of a curved beam in the body's frame, in whose axes the curve is given. It is straight: along its chord, as far beside that as the
-// curve is on the average (Simpson's rule, exact for a parabola), so that forces have their true levers.
+// Pose of piece k of a curved beam in the body's frame, in whose axes the curve is given. It is straight: along its chord, as far beside
+// that as the curve is on the average (Simpson's rule, exact for a parabola), so that forces have their true levers.
 Pose chord_pose(const BeamDef& beam, int k);
 // Undeformed pose of a piece in the body's frame.
 Pose piece_pose(const BeamDef& beam, int k);
