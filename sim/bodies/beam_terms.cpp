@@ -3,6 +3,7 @@
 #include "sim/bodies/beam_terms.h"
 
 #include "sim/base/eigen_solvers.h"
+#include "sim/base/spatial.h"
 #include "sim/scene/section.h"
 
 #include <fmt/format.h>
@@ -19,26 +20,56 @@ double positive(double value, const char* what, const char* unit) {
   return value;
 }
 
+// The integrand of one station (rows and numbers) or of many (blocks and arrays): the same sums.
+
 // m += f (a b^T + b a^T)
 void add_symmetric(MatX& m, const VecX& a, const VecX& b, double f) {
   m.noalias() += (f * a) * b.transpose();
   m.noalias() += (f * b) * a.transpose();
 }
+MatX product(const FieldBlock& a, const FieldBlock& b, const VecX& f) { return (a.rows * f.asDiagonal()) * b.rows.transpose(); }
+void add_symmetric(MatX& m, const FieldBlock& a, const FieldBlock& b, const VecX& f) {
+  const MatX ab = product(a, b, f);
+  m.block(a.first, b.first, ab.rows(), ab.cols()) += ab;
+  m.block(b.first, a.first, ab.cols(), ab.rows()) += ab.transpose();
+}
 
 // m += f a a^T
 void add_square(MatX& m, const VecX& a, double f) { m.noalias() += (f * a) * a.transpose(); }
+void add_square(MatX& m, const FieldBlock& a, const VecX& f) {
+  m.block(a.first, a.first, a.rows.rows(), a.rows.rows()) += product(a, a, f);
+}
 
 // m(j, k) += f (b_k a_j - a_k b_j), the component of phi_k x phi_j whose factors are a, b
 void add_cross(MatX& m, const VecX& a, const VecX& b, double f) {
   m.noalias() += (f * a) * b.transpose();
   m.noalias() -= (f * b) * a.transpose();
 }
+void add_cross(MatX& m, const FieldBlock& a, const FieldBlock& b, const VecX& f) {
+  const MatX ab = product(a, b, f);
+  m.block(a.first, b.first, ab.rows(), ab.cols()) += ab;
+  m.block(b.first, a.first, ab.cols(), ab.rows()) -= ab.transpose();
+}
 
-// The derivative of the second-order field: q^T (...) q / 2 with slope terms (rate, times f[0]) and the part that integrates twice (curl,
-// times f[1]).
-void add_rates(std::array<MatX, 3>& rate, std::array<MatX, 3>& curl, const Properties& p, const BeamEffects& e, const FieldRows& r,
-               std::array<double, 2> f) {
-  const auto [fr, fc] = f;
+// row += f a
+template <class Row>
+void add_row(Row row, const VecX& a, double f) {
+  row += f * a;
+}
+template <class Row>
+void add_row(Row row, const FieldBlock& a, const VecX& f) {
+  row.segment(a.first, a.rows.rows()) += (a.rows * f).transpose();
+}
+
+VecX minus(const VecX& a, const VecX& b) { return a - b; }
+FieldBlock minus(const FieldBlock& a, const FieldBlock& b) { return {a.first, a.rows - b.rows}; }
+
+// The derivative of the second-order field: q^T (...) q / 2 with slope terms (rate, times fr) and the part that integrates twice (curl,
+// times fc).
+template <class Rows, class Number>
+void add_rates(std::array<MatX, 3>& rate, std::array<MatX, 3>& curl, const Properties& p, const BeamEffects& e, const Rows& r,
+               const std::array<Number, 2>& f) {
+  const auto& [fr, fc] = f;
   const bool xy = e.bending_xy, xz = e.bending_xz;
   // The fibres of a twisted section are helices: on the average it shortens by r^2 theta'^2 / 2.
   if (e.torsion) add_square(rate[0], r.dtheta, -fr * p.gyration2);
@@ -51,12 +82,12 @@ void add_rates(std::array<MatX, 3>& rate, std::array<MatX, 3>& curl, const Prope
   if (!e.shear) return;
   // shear angles turn with the section
   if (xy) {
-    const VecX gamma = r.dv - r.phi_z;
+    const auto gamma = minus(r.dv, r.phi_z);
     add_symmetric(rate[0], r.phi_z, gamma, -fr);
     if (e.torsion) add_symmetric(rate[2], r.theta, gamma, fr);
   }
   if (xz) {
-    const VecX gamma = r.dw - r.s;
+    const auto gamma = minus(r.dw, r.s);
     add_symmetric(rate[0], r.s, gamma, -fr);
     if (e.torsion) add_symmetric(rate[1], r.theta, gamma, -fr);
   }
@@ -138,23 +169,28 @@ Integrals::Integrals(int n) : md1(Mat3X::Zero(3, n)), J1(Mat6X::Zero(6, n)), Cr0
   set_zero(Cr1, n);
 }
 
-void add_station(Integrals& sum, const Properties& p, const BeamEffects& effects, const FieldRows& r, double x, double weight) {
-  const double dm = p.mass * weight;
+namespace {
+
+// x, weight: m, a number or one a station.
+template <class Rows, class Number>
+void add_stations_of(Integrals& sum, const Properties& p, const BeamEffects& effects, const Rows& r, const Number& x,
+                     const Number& weight) {
+  const Number dm = p.mass * weight, dmx = dm * x;
   const bool ax = effects.axial, xy = effects.bending_xy, xz = effects.bending_xz, to = effects.torsion;
 
   // first moment and inertia tensor, first order
-  sum.md1.row(0) += dm * r.u;
-  sum.md1.row(1) += dm * r.v;
-  sum.md1.row(2) += dm * r.w;
-  sum.J1.row(1) += 2.0 * dm * x * r.u;
-  sum.J1.row(2) += 2.0 * dm * x * r.u;
-  sum.J1.row(3) -= dm * x * r.v;
-  sum.J1.row(4) -= dm * x * r.w;
+  add_row(sum.md1.row(0), r.u, dm);
+  add_row(sum.md1.row(1), r.v, dm);
+  add_row(sum.md1.row(2), r.w, dm);
+  add_row(sum.J1.row(1), r.u, 2.0 * dmx);
+  add_row(sum.J1.row(2), r.u, 2.0 * dmx);
+  add_row(sum.J1.row(3), r.v, -dmx);
+  add_row(sum.J1.row(4), r.w, -dmx);
 
   // angular momentum of the elastic rates: c x phi, and the sections' spin
-  sum.Cr0.row(0) += (p.inertia_y + p.inertia_z) * weight * r.theta;
-  sum.Cr0.row(1) -= dm * x * r.w;
-  sum.Cr0.row(2) += dm * x * r.v;
+  add_row(sum.Cr0.row(0), r.theta, (p.inertia_y + p.inertia_z) * weight);
+  add_row(sum.Cr0.row(1), r.w, -dmx);
+  add_row(sum.Cr0.row(2), r.v, dmx);
 
   // structural mass and stiffness
   if (ax) add_square(sum.Me, r.u, dm), add_square(sum.Ke, r.du, p.ea * weight);
@@ -162,16 +198,17 @@ void add_station(Integrals& sum, const Properties& p, const BeamEffects& effects
   if (xz) add_square(sum.Me, r.w, dm), add_square(sum.Ke, r.ds, p.ei_y * weight);
   if (xy && xz && p.ei_yz != 0.0) add_symmetric(sum.Ke, r.dphi_z, r.ds, p.ei_yz * weight);
   if (to) add_square(sum.Me, r.theta, (p.inertia_y + p.inertia_z) * weight), add_square(sum.Ke, r.dtheta, p.gj * weight);
-  if (effects.shear && xy) add_square(sum.Ke, r.dv - r.phi_z, p.shear_y * weight);
-  if (effects.shear && xz) add_square(sum.Ke, r.dw - r.s, p.shear_z * weight);
+  if (effects.shear && xy) add_square(sum.Ke, minus(r.dv, r.phi_z), p.shear_y * weight);
+  if (effects.shear && xz) add_square(sum.Ke, minus(r.dw, r.s), p.shear_z * weight);
 
   // inertia tensor, second order of the linear field: phi_i . phi_j I - phi_i phi_j^T
-  if (xy) add_square(sum.J2[0], r.v, 2.0 * dm), add_square(sum.J2[2], r.v, 2.0 * dm);
-  if (xz) add_square(sum.J2[0], r.w, 2.0 * dm), add_square(sum.J2[1], r.w, 2.0 * dm);
-  if (ax) add_square(sum.J2[1], r.u, 2.0 * dm), add_square(sum.J2[2], r.u, 2.0 * dm);
-  if (ax && xy) add_symmetric(sum.J2[3], r.u, r.v, -dm);
-  if (ax && xz) add_symmetric(sum.J2[4], r.u, r.w, -dm);
-  if (xy && xz) add_symmetric(sum.J2[5], r.v, r.w, -dm);
+  const Number dm2 = 2.0 * dm, minus_dm = -dm;
+  if (xy) add_square(sum.J2[0], r.v, dm2), add_square(sum.J2[2], r.v, dm2);
+  if (xz) add_square(sum.J2[0], r.w, dm2), add_square(sum.J2[1], r.w, dm2);
+  if (ax) add_square(sum.J2[1], r.u, dm2), add_square(sum.J2[2], r.u, dm2);
+  if (ax && xy) add_symmetric(sum.J2[3], r.u, r.v, minus_dm);
+  if (ax && xz) add_symmetric(sum.J2[4], r.u, r.w, minus_dm);
+  if (xy && xz) add_symmetric(sum.J2[5], r.v, r.w, minus_dm);
 
   // angular momentum, first order: phi_k x phi_j
   if (xy && xz) add_cross(sum.Cr1[0], r.w, r.v, dm);
@@ -180,12 +217,12 @@ void add_station(Integrals& sum, const Properties& p, const BeamEffects& effects
 
   // the second-order field: int f(x) int_0^x g ds dx = int g(s) int_s^L f dx ds with f = 1 and f = x
   if (effects.stiffening) {
-    const double L = p.length, left = L - x, left_x = 0.5 * left * (L + x);
-    const double twice = 0.5 * left * left, twice_x = left * left * (2.0 * L + x) / 6.0;
-    add_rates(sum.md2, sum.md2, p, effects, r, {dm * left, dm * twice});
+    const double L = p.length;
+    const Number left = L - x, left_x = 0.5 * left * (L + x), twice = 0.5 * left * left, twice_x = left * left * (2.0 * L + x) / 6.0;
+    add_rates(sum.md2, sum.md2, p, effects, r, std::array<Number, 2>{dm * left, dm * twice});
     std::array<MatX, 3> c;
-    set_zero(c, static_cast<int>(r.u.size()));
-    add_rates(c, c, p, effects, r, {dm * left_x, dm * twice_x});
+    set_zero(c, static_cast<int>(sum.Me.rows()));
+    add_rates(c, c, p, effects, r, std::array<Number, 2>{dm * left_x, dm * twice_x});
     sum.J2[1] += 2.0 * c[0];
     sum.J2[2] += 2.0 * c[0];
     sum.J2[3] -= c[1];
@@ -194,29 +231,54 @@ void add_station(Integrals& sum, const Properties& p, const BeamEffects& effects
     sum.Cr1[2] += c[1];
     // A twisted section's own moments of inertia: what turns about y or z has it lie in the plane of rotation (propeller moment).
     if (to) {
-      const double turned = 2.0 * (p.inertia_z - p.inertia_y) * weight;
+      const Number turned = 2.0 * (p.inertia_z - p.inertia_y) * weight, back = -turned;
       add_square(sum.J2[1], r.theta, turned);
-      add_square(sum.J2[2], r.theta, -turned);
+      add_square(sum.J2[2], r.theta, back);
     }
   }
 
   // shear beams: rotary inertia of the sections, the tensor turned to first order
   if (effects.shear) {
-    const double iy = p.inertia_y * weight, iz = p.inertia_z * weight, iyz = p.inertia_yz * weight;
-    if (xy) add_square(sum.Me, r.phi_z, iz);
-    if (xz) add_square(sum.Me, r.s, iy);
-    if (xy && xz && iyz != 0.0) add_symmetric(sum.Me, r.phi_z, r.s, iyz);
-    sum.Cr0.row(1) -= iy * r.s + iyz * r.phi_z;
-    sum.Cr0.row(2) += iz * r.phi_z + iyz * r.s;
+    const double iy = p.inertia_y, iz = p.inertia_z, iyz = p.inertia_yz;
+    if (xy) add_square(sum.Me, r.phi_z, iz * weight);
+    if (xz) add_square(sum.Me, r.s, iy * weight);
+    if (xy && xz && iyz != 0.0) add_symmetric(sum.Me, r.phi_z, r.s, iyz * weight);
+    add_row(sum.Cr0.row(1), r.s, -iy * weight);
+    add_row(sum.Cr0.row(1), r.phi_z, -iyz * weight);
+    add_row(sum.Cr0.row(2), r.phi_z, iz * weight);
+    add_row(sum.Cr0.row(2), r.s, iyz * weight);
     Mat3 section;
     section << iy + iz, 0.0, 0.0, 0.0, iy, -iyz, 0.0, -iyz, iz;
-    for (int j = 0; j < r.u.size(); ++j) {
-      Mat3 turn;
-      turn << 0.0, -r.phi_z[j], -r.s[j], r.phi_z[j], 0.0, -r.theta[j], r.s[j], r.theta[j], 0.0;
-      const Mat3 d = turn * section - section * turn;
-      sum.J1.col(j) += (Vec6() << d(0, 0), d(1, 1), d(2, 2), d(0, 1), d(0, 2), d(1, 2)).finished();
-    }
+    const auto turned = [&](const auto& angle, const Vec3& axis) {
+      const Mat3 turn = skew(axis), d = turn * section - section * turn;
+      const std::array<double, 6> each = {d(0, 0), d(1, 1), d(2, 2), d(0, 1), d(0, 2), d(1, 2)};
+      for (Eigen::Index a = 0; a < 6; ++a)
+        if (each[static_cast<size_t>(a)] != 0.0) add_row(sum.J1.row(a), angle, each[static_cast<size_t>(a)] * weight);
+    };
+    turned(r.theta, Vec3::UnitX());
+    turned(r.s, -Vec3::UnitY());
+    turned(r.phi_z, Vec3::UnitZ());
   }
+}
+
+template <class Rows, class Number>
+void add_second_order_of(SecondOrder& sum, const Properties& p, const BeamEffects& effects, const Rows& row, const Number& x,
+                         const Number& weight) {
+  add_rates(sum.rate, sum.curl, p, effects, row, std::array<Number, 2>{weight, weight});
+  if (!effects.torsion) return;
+  const Number wx = weight * x;
+  if (effects.bending_xz) add_symmetric(sum.moment[1], row.theta, row.ds, -wx);
+  if (effects.bending_xy) add_symmetric(sum.moment[2], row.theta, row.dphi_z, wx);
+}
+
+}  // namespace
+
+void add_station(Integrals& sum, const Properties& p, const BeamEffects& effects, const FieldRows& row, double x, double weight) {
+  add_stations_of(sum, p, effects, row, x, weight);
+}
+void add_stations(Integrals& sum, const Properties& p, const BeamEffects& effects, const FieldBlocks& rows, const Eigen::ArrayXd& x,
+                  const Eigen::ArrayXd& weight) {
+  add_stations_of(sum, p, effects, rows, x, weight);
 }
 
 void add_root_rotation(Integrals& sum, const Properties& p, const FieldRows& root) {
@@ -241,10 +303,11 @@ SecondOrder::SecondOrder(int n) {
 }
 
 void add_second_order(SecondOrder& sum, const Properties& p, const BeamEffects& effects, const FieldRows& row, double x, double weight) {
-  add_rates(sum.rate, sum.curl, p, effects, row, {weight, weight});
-  if (!effects.torsion) return;
-  if (effects.bending_xz) add_symmetric(sum.moment[1], row.theta, row.ds, -weight * x);
-  if (effects.bending_xy) add_symmetric(sum.moment[2], row.theta, row.dphi_z, weight * x);
+  add_second_order_of(sum, p, effects, row, x, weight);
+}
+void add_second_order(SecondOrder& sum, const Properties& p, const BeamEffects& effects, const FieldBlocks& rows, const Eigen::ArrayXd& x,
+                      const Eigen::ArrayXd& weight) {
+  add_second_order_of(sum, p, effects, rows, x, weight);
 }
 
 void add_part(SecondOrder& sum, const SecondOrder& part, int at) {
@@ -276,11 +339,13 @@ std::array<MatX, 3> second_order_at(const SecondOrder& sum, const FieldRows& roo
 }
 std::array<MatX, 3> second_order_at(const SecondOrder& sum, const FieldRows& root, double x) {
   std::array<MatX, 3> phi2;
+  const bool twists = !root.theta.isZero(0.0);
   for (std::size_t a = 0; a < 3; ++a) {
+    if (sum.rate[a].isZero(0.0) && sum.curl[a].isZero(0.0) && !(a > 0 && twists)) continue;
     phi2[a] = sum.rate[a] + x * sum.curl[a] - sum.moment[a];
-    if (a == 1) add_symmetric(phi2[a], root.theta, root.s, -0.5 * x);
-    if (a == 2) add_symmetric(phi2[a], root.theta, root.phi_z, 0.5 * x);
-    if ((phi2[a].array() == 0.0).all()) phi2[a].resize(0, 0);
+    if (a == 1 && twists) add_symmetric(phi2[a], root.theta, root.s, -0.5 * x);
+    if (a == 2 && twists) add_symmetric(phi2[a], root.theta, root.phi_z, 0.5 * x);
+    if (phi2[a].isZero(0.0)) phi2[a].resize(0, 0);
   }
   return phi2;
 }

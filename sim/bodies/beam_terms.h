@@ -31,6 +31,15 @@ struct FieldRows {
   VecX u, du, v, dv, phi_z, dphi_z, w, dw, s, ds, theta, dtheta;
 };
 
+// The same at many x: rows first, first + 1, ... of the coordinates, a column a place; other coordinates do not take part.
+struct FieldBlock {
+  Eigen::Index first = 0;
+  MatX rows;
+};
+struct FieldBlocks {
+  FieldBlock u, du, v, dv, phi_z, dphi_z, w, dw, s, ds, theta, dtheta;
+};
+
 // full coordinates = Z q.
 using Basis = Eigen::SparseMatrix<double>;
 
@@ -48,6 +57,9 @@ struct Integrals {
 
 // Adds the integrand at x times weight (a length, m).
 void add_station(Integrals& sum, const Properties& p, const BeamEffects& effects, const FieldRows& row, double x, double weight);
+// The same at many x, with a weight each.
+void add_stations(Integrals& sum, const Properties& p, const BeamEffects& effects, const FieldBlocks& rows, const Eigen::ArrayXd& x,
+                  const Eigen::ArrayXd& weight);
 
 // The second-order field where the root turns: adds what a twist together with a slope of the root section makes (free_free).
 void add_root_rotation(Integrals& sum, const Properties& p, const FieldRows& root);
@@ -60,6 +72,8 @@ struct SecondOrder {
   std::array<MatX, 3> moment;  // int s (theta x curvature) ds
 };
 void add_second_order(SecondOrder& sum, const Properties& p, const BeamEffects& effects, const FieldRows& row, double x, double weight);
+void add_second_order(SecondOrder& sum, const Properties& p, const BeamEffects& effects, const FieldBlocks& rows, const Eigen::ArrayXd& x,
+                      const Eigen::ArrayXd& weight);
 // phi2 of the point x; n x n each, empty where it vanishes identically; or with sums and root rows that are in q already.
 std::array<MatX, 3> second_order_at(const SecondOrder& sum, const FieldRows& root, double x, const Basis& Z);
 std::array<MatX, 3> second_order_at(const SecondOrder& sum, const FieldRows& root, double x);
@@ -104,8 +118,8 @@ struct Station {
 };
 std::vector<Station> named_stations(const BeamDef& def);
 
-// Elements that a finite-element beam is made of: BeamDef::elements, but no more than 300 coordinates need (three a mode of keep_modes),
-// unless the scene gives coordinates one by one. Its nodes stay where BeamDef::elements puts them.
+// Elements that a finite-element beam is made of: BeamDef::elements, but no more than 300 coordinates need, or with keep_modes than 300 or
+// three a mode, unless the scene gives coordinates one by one. Its nodes stay where BeamDef::elements puts them.
 int computed_elements(const BeamDef& def, const BeamEffects& effects);
 
 // Node at x, in the coordinates of the rows.

@@ -6,11 +6,11 @@
 #include "sim/base/words.h"
 #include "sim/bodies/beam.h"
 #include "sim/bodies/beam_boundary.h"
+#include "sim/bodies/beam_kept.h"
 #include "sim/bodies/beam_pieces.h"
 #include "sim/bodies/beam_terms.h"
 #include "sim/bodies/body_file.h"
 #include "sim/bodies/normal_modes.h"
-#include "sim/bodies/resolution.h"
 #include "sim/bodies/sid_lack.h"
 #include "sim/bodies/state_space.h"
 #include "sim/model/effects.h"
@@ -151,15 +151,43 @@ void add_shown_frames(Model& model, Boundary boundary, Part& part) {
   }
 }
 
+bool has_ratio(const Damping& damping) {
+  return std::any_of(damping.ratio.begin(), damping.ratio.end(), [](double z) { return z != 0.0; });
+}
+
 // Says that a beam is made of fewer elements than it is given. An element errs in a frequency by (k h)^4 / 1440 where it is cubic, by
 // (k h)^2 / 24 where it is linear (k: wave number, here of the tenth mode, some 30 a length).
 void note_fewer_elements(Model& model, const BeamDef& beam, const BeamEffects& effects, const std::string& name) {
   const int elements = beam::computed_elements(beam, effects);
+  if (elements >= beam.elements) return;
   const double kh = 30.0 / elements, error = effects.axial || effects.torsion ? kh * kh / 24.0 : kh * kh * kh * kh / 1440.0;
+  const std::string why =
+      beam.keep_modes ? "as more of them lose digits" : "whose cost grows with the third power of their number (not with keep_modes)";
   model.notes.tell(fmt::format("body '{}'", name),
-                   fmt::format("computed with {} of its {} elements, whose cost grows with the third power of their number: its first ten "
-                               "frequencies are right to {:.0e}; keep_modes = N takes {} elements a mode",
-                               elements, beam.elements, error, elements_for_modes(1)));
+                   fmt::format("computed with {} of its {} elements, {}: its first ten frequencies are right to {:.0e}", elements,
+                               beam.elements, why, error));
+}
+
+// The same with few modes.
+void make_kept_part(Model& model, const BeamDef& beam, const BeamEffects& effects, const std::vector<HeldPoint>& held, bool damped,
+                    Part& part) {
+  std::vector<HeldPoint> points = held;
+  if (!beam.keep_static) std::erase_if(points, [](const HeldPoint& p) { return p.load; });
+  const Damping& own = beam.damping;
+  if (damped || own.mass != 0.0 || own.stiffness != 0.0 || has_ratio(own)) {
+    // A damped vibration lags: what it leaves at the boundary, from where deflections are seen, needs the static shapes of forces there.
+    points.push_back({"root", true, beam.boundary == Boundary::clamped_free, true});
+    if (beam.boundary != Boundary::clamped_free) points.push_back({"tip", true, false, true});
+  }
+  const int bending = *beam.keep_modes;
+  KeptBeam made =
+      make_kept_beam(beam, effects, {beam.keep_axial.value_or(bending), bending, bending, beam.keep_torsion.value_or(bending)}, points);
+  part.body = std::move(made.body);
+  note_fewer_elements(model, beam, effects, part.name);
+  if (part.body.n == 0) return;
+  part.shown.differs = beam.boundary != Boundary::free_free;
+  part.shown.coordinates = std::move(made.coordinates);
+  add_shown_frames(model, beam.boundary, part);
 }
 
 // A finite-element beam for the equations of motion: same elements, frame on the mean axes, eigenmodes as coordinates.
@@ -170,17 +198,16 @@ void note_fewer_elements(Model& model, const BeamDef& beam, const BeamEffects& e
 // damped: damping ratios are added afterwards (add_mounted_damping).
 void make_fe_part(Model& model, const BeamDef& beam, const BeamEffects& effects, const std::vector<HeldPoint>& held, bool damped,
                   Part& part) {
+  if (beam.keep_modes) return make_kept_part(model, beam, effects, held, damped, part);
   auto made = std::make_unique<FeBeam>(beam, effects);
   part.body = made->linear();
   if (part.body.n == 0) return;
-  if (beam::computed_elements(beam, effects) < beam.elements) note_fewer_elements(model, beam, effects, part.name);
+  note_fewer_elements(model, beam, effects, part.name);
   const bool frame_only = beam.boundary == Boundary::clamped_free || beam.boundary == Boundary::supported_supported ||
                           beam.boundary == Boundary::supported_free || beam.boundary == Boundary::free_free;
-  // The change of coordinates costs n^3 a node; a beam of more than 150 coordinates keeps its elements' ones, unless few modes are asked
-  // for.
-  const bool modes = part.body.n <= 150 || beam.keep_modes;
-  MatX V = MatX::Identity(part.body.n, part.body.n), P = V;
-  const MatX Me = part.body.Me, Ke = part.body.Ke;
+  // The change of coordinates costs n^3 a node; a beam of more than 150 coordinates keeps its elements' ones.
+  const bool modes = part.body.n <= 150;
+  MatX V = MatX::Identity(part.body.n, part.body.n);
   if (frame_only && beam.boundary != Boundary::free_free) {
     BeamDef mean = beam;
     mean.boundary = Boundary::free_free;
@@ -189,36 +216,17 @@ void make_fe_part(Model& model, const BeamDef& beam, const BeamEffects& effects,
     part.body = made->linear();
     // The damping that the scene asks for is that of its boundary's modes.
     if (named.De.size() > 0) {
-      P = same_deformation(part.body, named);
+      const MatX P = same_deformation(part.body, named);
       const MatX back = solve_square(P, MatX::Identity(P.rows(), P.cols()));
       part.body.De = back.transpose() * named.De * back;
     }
     part.shown.differs = true;
   }
-  if (modes) part.body = to_normal_modes(part.body, V, beam.keep_modes.has_value());
-  if (modes && beam.keep_modes) {
-    std::vector<HeldPoint> points = held;
-    if (!beam.keep_static) std::erase_if(points, [](const HeldPoint& p) { return p.load; });
-    if ((damped || part.body.De.size() > 0) && frame_only) {
-      // A damped vibration lags: what it leaves at the boundary, from where deflections are seen, needs the static shapes of forces there.
-      points.push_back({"root", true, beam.boundary == Boundary::clamped_free, true});
-      if (beam.boundary != Boundary::clamped_free) points.push_back({"tip", true, false, true});
-    }
-    const int bending = *beam.keep_modes;
-    part.body =
-        keep_lowest(part.body, {beam.keep_axial.value_or(bending), bending, bending, beam.keep_torsion.value_or(bending)}, points, V);
-    if (part.body.De.size() > 0) {
-      // The damping of the boundary's modes as the coordinates kept make them. The whole beam's, projected, would hold back the kept
-      // coordinates by rates that the others could follow: it converged with the number of modes only.
-      const MatX X = solve_square(P, V);
-      part.body.De = beam::damping_matrix(beam.damping, X.transpose() * Me * X, X.transpose() * Ke * X);
-    }
-  }
-  if (modes) made->add_second_order(V, part.body);
-  else made->add_second_order(part.body);
-  if (part.body.n == 0) {
-    part.shown = {};
-    return;
+  if (modes) {
+    part.body = to_normal_modes(part.body, V);
+    made->add_second_order(V, part.body);
+  } else {
+    made->add_second_order(part.body);
   }
   part.shown.coordinates = part.shown.differs ? in_boundary(beam, effects, beam.boundary, V) : V;
   add_shown_frames(model, beam.boundary, part);
@@ -247,10 +255,6 @@ void keep_plane(const Vec3& normal, bool complete, FlexibleBody& body) {
   for (int s = 0; s < 6; ++s)
     if (s != n) body.J2[s].resize(0, 0);
   for (FlexibleNode& node : body.nodes) node.phi2[n].resize(0, 0);
-}
-
-bool has_ratio(const Damping& damping) {
-  return std::any_of(damping.ratio.begin(), damping.ratio.end(), [](double z) { return z != 0.0; });
 }
 
 // Whether the modes of a beam's boundary are those of the beam as its joints hold it.
