@@ -1,11 +1,9 @@
 #include "sim/time/exponential.h"
 
-#include "sim/base/eigen_solvers.h"
 #include "sim/time/power_series.h"
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <vector>
 
 namespace flexframe::sim {
@@ -18,7 +16,14 @@ constexpr int most_terms = 64;
 // Terms of a series below this share of the tolerance are left out; where it only finds a place to linearise about.
 constexpr double negligible = 1e-4, negligible_ahead = 1e-1;
 // Radians within a step from which on a vibration is taken out of the remainder, gradually.
-constexpr double turned = 4.0;
+constexpr double turned = 4.0, least_turned = 0.1;
+// Where more than that share of the radians is left nothing is followed apart; nor where a span of what is would be that short.
+constexpr double worth_apart = 0.7, radians_of_span = 5.0;
+constexpr double aimed_at = 0.4, least_longer = 1.3, most_longer = 3.0;  // of what may be off its place; by how much more radians then
+// Of the radians of a series, those that the rest makes at least: one piece.
+constexpr double least_share = 0.9;
+// What followed apart does to the rest may be left out so far, in weights a step.
+constexpr double apart_leaves = 0.05, unrest_share = 2.0;
 // What a correction in closed form may leave out, in weights; of what acts at the end so much does on the average.
 constexpr double most_left_out = 0.1, mean_share = 0.3;
 // Two thirds of the series of a step are lost where it is repeated: at 0.9 a third of the steps were.
@@ -35,7 +40,7 @@ void ExponentialSolver::restart(double t0, const VecX& y0) {
   h_ = 0.0;
   restA_.resize(0, 0);
   rest_moves_ = false;
-  if (!linearise(t0, y0, nullptr, model_)) throw SimulationError("the derivatives at the start cannot be evaluated");
+  if (!linearise(t0, y0, nullptr, 0.0, model_)) throw SimulationError("the derivatives at the start cannot be evaluated");
   calm_ = y0;
   calm_rate_ = model_.rates;
   d_ = MatX::Zero(problem_.size, 3);
@@ -44,11 +49,11 @@ void ExponentialSolver::restart(double t0, const VecX& y0) {
 }
 
 // What prescribed motions alone make of the coordinates' rates where the model stands: those that close loops follow them.
-VecX ExponentialSolver::driven_rates(const LinearModel& m) const { return m.rates.head(nq_) - m.T * m.state.segment(nq_, nw_); }
+VecX ExponentialSolver::driven_rates(const LinearModel& m) const { return m.rates.head(nq_) - m.coordinates(m.state.segment(nq_, nw_)); }
 
 // Closed parts at the state itself; what they leave out changes as slowly as the mechanism moves: it is followed linearly in time and
 // differenced anew once the steps since have cost as much as that does.
-bool ExponentialSolver::linearise(double t, const VecX& y, const LinearModel* before, LinearModel& model) {
+bool ExponentialSolver::linearise(double t, const VecX& y, const LinearModel* before, double h, LinearModel& model) {
   model.time = t;
   model.state = y;
   model.rates.resize(problem_.size);
@@ -76,10 +81,9 @@ bool ExponentialSolver::linearise(double t, const VecX& y, const LinearModel* be
     std::swap(restB_, B);
     rest_time_ = t;
     renewed_ = evaluations_;
-    find_vibrations(jacobian_.A + restA_);
   }
-  model.T = jacobian_.T.dense();
-  model.P = jacobian_.P.dense();
+  model.T = jacobian_.T;
+  model.P = jacobian_.P;
   model.closed = jacobian_.A;
   model.A = jacobian_.A + restA_ + (t - rest_time_) * restA1_;
   model.B = jacobian_.B + restB_ + (t - rest_time_) * restB1_;
@@ -91,21 +95,22 @@ bool ExponentialSolver::linearise(double t, const VecX& y, const LinearModel* be
     model.A1 += model.slope;
     if (before->slope.size() > 0) model.A1 += (model.apart / (model.apart + before->apart)) * (model.slope - before->slope);
   }
+  set_modes(model, h);
   return true;
 }
 
 // What the rates at (t, y) exceed the linear model's by.
 VecX ExponentialSolver::remainder(const LinearModel& m, double t, const VecX& y, const VecX& rates) const {
   VecX d = rates;
-  d.head(nq_) -= m.T * y.segment(nq_, nw_);
-  const VecX p = m.P * (y.head(nq_) - m.state.head(nq_));
+  d.head(nq_) -= m.coordinates(y.segment(nq_, nw_));
+  const VecX p = m.directions(y.head(nq_) - m.state.head(nq_));
   d.segment(nq_, nw_) -=
       m.rates.segment(nq_, nw_) + m.A * p + (t - m.time) * (m.A1 * p) + m.B * (y.segment(nq_, nw_) - m.state.segment(nq_, nw_));
   return d;
 }
 
 // Radians per second: root of the largest eigenvalue's size by a few powers of A, and the largest of B.
-double ExponentialSolver::fastest(const LinearModel& m) const {
+double ExponentialSolver::fastest(const MatX& A, const MatX& B) const {
   if (nw_ == 0) return 0.0;
   if (probe_.size() != nw_) {
     probe_.resize(nw_);
@@ -113,7 +118,7 @@ double ExponentialSolver::fastest(const LinearModel& m) const {
   }
   double square = 0.0;
   for (int k = 0; k < 3; ++k) {
-    const VecX next = m.A * probe_;
+    const VecX next = A * probe_;
     const double size = next.norm();
     square = size / probe_.norm();
     if (!(size > 0.0) || !std::isfinite(square)) {
@@ -123,75 +128,196 @@ double ExponentialSolver::fastest(const LinearModel& m) const {
     }
     probe_ = next / size;
   }
-  return std::sqrt(square) + m.B.diagonal().cwiseAbs().maxCoeff();
+  return std::max(std::sqrt(square), std::sqrt(A.diagonal().cwiseAbs().maxCoeff())) + B.diagonal().cwiseAbs().maxCoeff();
 }
 
-// Undamped vibrations w'' = A w: real negative eigenvalues; right eigenvectors are their shapes, left ones tell their share in a motion.
-void ExponentialSolver::find_vibrations(const MatX& A) {
-  const ComplexEigen eigen(A);
-  std::vector<Eigen::Index> chosen;
-  if (eigen.info() == Eigen::Success)
-    for (Eigen::Index k = 0; k < A.rows(); ++k)
-      if (const std::complex<double> value = eigen.eigenvalues()[k]; value.imag() == 0.0 && value.real() < 0.0) chosen.push_back(k);
-  const auto n = static_cast<Eigen::Index>(chosen.size());
-  shapes_.resize(A.rows(), n);
-  gauges_.resize(n, A.rows());
-  frequencies_.resize(n);
-  if (n == 0) return;
-  const Eigen::MatrixXcd left = eigen.left_eigenvectors();
-  for (Eigen::Index k = 0; k < n; ++k) {
-    shapes_.col(k) = eigen.eigenvectors().col(chosen[k]).real();
-    gauges_.row(k) = left.row(chosen[k]).real();
-    frequencies_[k] = std::sqrt(-eigen.eigenvalues()[chosen[k]].real());
+VecX ExponentialSolver::LinearModel::directions(const VecX& q) const {
+  VecX out = VecX::Zero(P.rows);
+  P.add_product(1.0, q.data(), out.data());
+  return out;
+}
+
+VecX ExponentialSolver::LinearModel::coordinates(const VecX& p) const {
+  VecX out = VecX::Zero(T.rows);
+  T.add_product(1.0, p.data(), out.data());
+  return out;
+}
+
+VecX ExponentialSolver::LinearModel::amounts(const VecX& w) const { return plain ? w : VecX(modes.gauges * w); }
+
+VecX ExponentialSolver::LinearModel::of_amounts(const VecX& amounts) const { return plain ? amounts : VecX(modes.shapes * amounts); }
+
+// For steps of h seconds: from those of the model before where they are close, else anew; none where there is no whole set of them.
+void ExponentialSolver::set_modes(LinearModel& m, double h) {
+  const Modes& before = model_.modes;
+  const bool known = before.shapes.rows() == nw_;
+  m.plain = nw_ > 0 && known && worth_apart * before.frequencies.maxCoeff() * h < least_share * radians_of_series(problem_.tolerance);
+  if (&m != &model_) {
+    m.modes.shapes = before.shapes;
+    m.modes.gauges = before.gauges;
+    if (m.plain) m.modes.frequencies = before.frequencies;
   }
-  if (!gauges_.allFinite()) frequencies_.resize(0);
+  if (m.plain) {
+    m.modes.A = m.A;
+    m.modes.B = m.B;
+    m.modes.A1 = m.A1;
+    m.moves = m.T.dense();
+    return;
+  }
+  if ((!known || !renew_modes(m.A, m.modes)) && !find_modes(m.A, m.modes)) m.modes.shapes = m.modes.gauges = MatX::Identity(nw_, nw_);
+  express_modes(m.A, m.B, m.A1, m.modes);
+  m.moves = MatX::Zero(nq_, nw_);
+  for (const SparseEntries::Entry& e : m.T.entries) m.moves.row(e.row) += e.value * m.modes.shapes.row(e.column);
 }
 
 // What turns by several radians within a step of h seconds is brought to where it would rest under the slow part of the load: polynomials
 // through values of the remainder would take its oscillation for a slow load.
 void ExponentialSolver::remove_oscillation(const LinearModel& m, const Parabola& remainder, double s, double h, VecX& y) const {
-  if (frequencies_.size() == 0) return;
+  if (nw_ == 0 || m.modes.frequencies.maxCoeff() * h < least_turned) return;
   const auto& [d, span] = remainder;
   const double theta = s / span;
   const auto rows = [&](const auto& v) { return v.segment(nq_, nw_); };
-  const VecX w = rows(y), p = m.P * (y.head(nq_) - m.state.head(nq_));
+  const VecX w = rows(y), p = m.directions(y.head(nq_) - m.state.head(nq_));
   const VecX load = rows(m.rates) + m.B * (w - rows(m.state)) + rows(d.col(0)) + theta * (rows(d.col(1)) + theta * rows(d.col(2)));
   const VecX load_rate = (rows(d.col(1)) + 2.0 * theta * rows(d.col(2))) / span;
-  VecX dp = gauges_ * p, dw = gauges_ * w;
-  const VecX g = gauges_ * load, gr = gauges_ * load_rate;
+  VecX dp = m.modes.gauges * p, dw = m.modes.gauges * w;
+  const VecX g = m.modes.gauges * load, gr = m.modes.gauges * load_rate;
   for (Eigen::Index k = 0; k < dp.size(); ++k) {
-    const double f = frequencies_[k], x = h * f, share = 1.0 / (1.0 + std::pow(turned / x, 8));
+    const double f = m.modes.frequencies[k], x = h * f;
+    if (x < least_turned) {
+      dp[k] = dw[k] = 0.0;
+      continue;
+    }
+    const double share = 1.0 / (1.0 + std::pow(turned / x, 8));
     dp[k] = share * (dp[k] - g[k] / (f * f));
     dw[k] = share * (dw[k] - gr[k] / (f * f));
   }
-  y.head(nq_) -= m.T * (shapes_ * dp);
-  y.segment(nq_, nw_) -= shapes_ * dw;
+  y.head(nq_) -= m.coordinates(m.modes.shapes * dp);
+  y.segment(nq_, nw_) -= m.modes.shapes * dw;
+}
+
+ModalState ExponentialSolver::Amounts::state(const VecX& at, double s) const {
+  const double x = s / span;
+  const VecX load = loads.col(0) + x * (loads.col(1) + x * loads.col(2)), rate = (loads.col(1) + 2.0 * x * loads.col(2)) / span;
+  const Eigen::Index n = weights.w.size();
+  return {tau + s, at.head(n), at.segment(rows, n), load.head(n), load.segment(rows, n), rate.head(n), rate.segment(rows, n)};
+}
+
+ExponentialSolver::Amounts ExponentialSolver::amounts_of(const LinearModel& m, const VecX& y, double t, const Parabola& remainder) const {
+  const auto& [d, span] = remainder;
+  const Eigen::Index n = nw_, rows = (n + 7) / 8 * 8;
+  Amounts a;
+  a.tau = t - m.time;
+  a.span = span;
+  a.rows = rows;
+  a.z = VecX::Zero(2 * rows);
+  a.z.head(n) = m.amounts(y.segment(nq_, n));
+  a.z.segment(rows, n) = m.amounts(m.directions(y.head(nq_) - m.state.head(nq_)));
+  MatX w = d.middleRows(nq_, n);
+  w.col(0) += m.rates.segment(nq_, n) - m.B * m.state.segment(nq_, n);
+  a.loads = MatX::Zero(2 * rows, 3);
+  for (int k = 0; k < 3; ++k) {
+    a.loads.col(k).head(n) = m.amounts(w.col(k));
+    a.loads.col(k).segment(rows, n) = m.amounts(m.directions(d.col(k).head(nq_)));
+  }
+  VecX weight(problem_.size);
+  problem_.weights(y.data(), weight.data());
+  a.weights.size = static_cast<double>(problem_.size);
+  if (m.plain) a.weights.w = weight.segment(nq_, n);
+  else a.weights.w = (weight.segment(nq_, n).asDiagonal() * m.modes.shapes).colwise().norm();
+  a.weights.p = (weight.head(nq_).asDiagonal() * m.moves).colwise().norm();
+  return a;
+}
+
+// Free parts [p; w] of the modes faster than `limit`, which are marked in fast.
+VecX ExponentialSolver::split(const Modes& modes, const Amounts& amounts, double limit, VecX& fast) const {
+  const Eigen::Index n = nw_;
+  fast = (modes.frequencies.array() > limit).cast<double>();
+  const ModalState begin = amounts.state(amounts.z, 0.0);
+  VecX u, v, free(2 * n);
+  held_at(modes, fast, begin, u, v);
+  free << fast.cwiseProduct(begin.p) - u, fast.cwiseProduct(begin.w) - v;
+  return free;
+}
+
+// How far what should rest is off its place after s seconds, weighted: what rests at the beginning does so later too, or another frequency
+// than its own counts.
+double ExponentialSolver::unrest(const Modes& modes, const Amounts& rest, const VecX& share, const Solution& solution, double s) const {
+  const Piece& last = solution.pieces[solution.used - 1];
+  VecX z(2 * rest.rows), u, v;
+  evaluate_powers(last.terms.col(1).data(), static_cast<int>(z.size()), last.count, 1.0, z.data());
+  const ModalState end = rest.state(z, s);
+  // With nearly its own frequency, nearly nothing.
+  const VecX wrong = VecX::Ones(nw_) - share, fast = (wrong.array() > 0.0).cast<double>();
+  held_at(modes, fast, end, u, v);
+  return std::sqrt((wrong.cwiseProduct(end.p - u).cwiseProduct(rest.weights.p).squaredNorm() +
+                    wrong.cwiseProduct(end.w - v).cwiseProduct(rest.weights.w).squaredNorm()) /
+                   rest.weights.size);
 }
 
 // From (t, y) on.
 bool ExponentialSolver::solve(const LinearModel& m, const VecX& y, double t, const Parabola& remainder, const Reach& reach,
                               Solution& out) const {
-  const auto& [d, span] = remainder;
-  const double length = reach.length;
-  const Eigen::Index n = nw_, rows = (n + 7) / 8 * 8;
+  const Eigen::Index n = nw_;
   out.used = 0;
+  out.free = {};
   if (n == 0) return true;
-  VecX z = VecX::Zero(2 * rows), weight(problem_.size), weights = VecX::Zero(rows);
-  problem_.weights(y.data(), weight.data());
-  weights.head(n) = weight.segment(nq_, n);
-  z.head(n) = y.segment(nq_, n);
-  z.segment(rows, n) = m.P * (y.head(nq_) - m.state.head(nq_));
-  MatX g = MatX::Zero(2 * rows, 3), loads(2 * rows, 3);
-  g.topRows(n) = d.middleRows(nq_, n);
-  g.middleRows(rows, n) = m.P * d.topRows(nq_);
-  g.col(0).head(n) += m.rates.segment(nq_, n) - m.B * m.state.segment(nq_, n);
-  double piece_length = std::min(length, radians_of_series(problem_.tolerance) / std::max(fastest(m), 1e-300));
+  const Amounts amounts = amounts_of(m, y, t, remainder);
+  out.begin = amounts.z;
+  Splitting& last = *reach.splitting;
+  const double least = least_share * radians_of_series(problem_.tolerance),
+               all = m.plain ? 0.0 : reach.length * m.modes.frequencies.maxCoeff();
+  const int most_spans = static_cast<int>(all / radians_of_span);
+  for (double radians = std::max(least, last.radians); radians < worth_apart * all; radians = last.radians) {
+    Amounts rest = amounts;
+    VecX fast;
+    const double limit = radians / reach.length;
+    const VecX free = split(m.modes, amounts, limit, fast);
+    // A state to linearise about is freed from them anyway.
+    if (reach.left_out > 0.0) {
+      out.free = follow_free(m.modes, amounts.weights, amounts.tau, reach.length, free, reach.left_out, most_spans, last.spans);
+      if (out.free.empty()) {
+        last.radians = most_longer * radians;
+        last.spans = std::max(1, most_spans / 8);
+        continue;
+      }
+    }
+    rest.z.head(n) -= free.tail(n);
+    rest.z.segment(rest.rows, n) -= free.head(n);
+    VecX share = VecX::Ones(n);
+    for (Eigen::Index k = 0; k < n; ++k)
+      if (fast[k] > 0.0) share[k] = std::pow(limit / m.modes.frequencies[k], 2);
+    if (!march(m.modes, rest, share, reach, out)) break;
+    if (reach.left_out <= 0.0) return true;
+    const double off = unrest(m.modes, rest, share, out, reach.length);
+    // It falls with the square of the radians.
+    const double most = unrest_share * reach.left_out, factor = std::sqrt(off / (aimed_at * most));
+    last.radians = radians * std::clamp(factor, off > most ? least_longer : 0.7, most_longer);
+    if (off <= most) return true;
+  }
+  out.free = {};
+  last.radians = std::min(last.radians, 0.5 * all);
+  last.spans = std::max(1, std::min(last.spans / 2, most_spans / 4));
+  return march(m.modes, amounts, VecX::Ones(n), reach, out);
+}
+
+// The series of a solution, with the rows of w of every mode times its share.
+bool ExponentialSolver::march(const Modes& modes, const Amounts& amounts, const VecX& share, const Reach& reach, Solution& out) const {
+  const double length = reach.length, span = amounts.span;
+  const Eigen::Index n = nw_, rows = amounts.rows;
+  const MatX A = share.asDiagonal() * modes.A, A1 = share.asDiagonal() * modes.A1;
+  MatX g = amounts.loads, loads(2 * rows, 3);
+  g.topRows(n) = share.asDiagonal() * g.topRows(n);
+  VecX z = amounts.z, weights = VecX::Zero(rows);
+  weights.head(n) = amounts.weights.w;
+  MatX L = MatX::Zero(rows, 3 * n);
+  L.block(0, n, n, n) = share.asDiagonal() * modes.B;
+  double piece_length =
+      std::min(length, radians_of_series(problem_.tolerance) / std::max(fastest(A, L.block(0, n, n, n)), 1e-300));
   // A step of more pieces than that is not worth its memory: what decays at once is for other methods.
   const double most = std::clamp(4e6 / (2.0 * static_cast<double>(n + 1) * most_terms), 8.0, 500.0);
   if (length > most * piece_length) return false;
   piece_length = length / std::ceil(length / piece_length * (1.0 - 1e-12));
-  MatX L = MatX::Zero(rows, 3 * n);
-  L.block(0, n, n, n) = m.B;
   PowerSeries series;
   series.n = static_cast<int>(n);
   series.rows = static_cast<int>(rows);
@@ -200,6 +326,7 @@ bool ExponentialSolver::solve(const LinearModel& m, const VecX& y, double t, con
   series.weights = weights.data();
   series.negligible = reach.negligible;
   int halved = 0;
+  out.used = 0;
   for (double s = 0.0; s < length * (1.0 - 1e-12);) {
     if (out.pieces.size() == out.used) out.pieces.emplace_back();
     Piece& piece = out.pieces[out.used];
@@ -207,8 +334,8 @@ bool ExponentialSolver::solve(const LinearModel& m, const VecX& y, double t, con
     piece.start = s;
     piece.length = series.length = part;
     if (piece.terms.rows() != 2 * rows) piece.terms.resize(2 * rows, most_terms + 2);
-    L.topLeftCorner(n, n) = part * m.A1;
-    L.topRightCorner(n, n) = m.A + (t + s - m.time) * m.A1;
+    L.topLeftCorner(n, n) = part * A1;
+    L.topRightCorner(n, n) = A + (amounts.tau + s) * A1;
     loads.col(0) = g.col(0) + a * (g.col(1) + a * g.col(2));
     loads.col(1) = b * (g.col(1) + 2.0 * a * g.col(2));
     loads.col(2) = b * b * g.col(2);
@@ -243,10 +370,16 @@ void ExponentialSolver::evaluate_solution(const LinearModel& m, const VecX& y, c
   const Piece& piece = solution.pieces[k];
   const double x = (s - piece.start) / piece.length;
   VecX z(piece.terms.rows());
+  const Eigen::Index rows = z.size() / 2;
   evaluate_powers(piece.terms.col(1).data(), static_cast<int>(z.size()), piece.count, x, z.data());
-  out.segment(nq_, n) = z.head(n);
-  const VecX moved = z.segment(z.size() / 2, n) - m.P * (y.head(nq_) - m.state.head(nq_)) - m.P * done.head(nq_);
-  out.head(nq_) += m.T * moved;
+  if (!solution.free.empty()) {
+    const VecX free = solution.free.at(s);
+    z.segment(rows, n) += free.head(n);
+    z.head(n) += free.tail(n);
+  }
+  z -= solution.begin;
+  out.segment(nq_, n) = y.segment(nq_, n) + m.of_amounts(z.head(n));
+  out.head(nq_) += m.coordinates(m.of_amounts(z.segment(rows, n)) - m.directions(done.head(nq_)));
 }
 
 // Linearises about the middle of a step of h seconds, to which the model and the remainder of the step before lead.
@@ -259,11 +392,11 @@ bool ExponentialSolver::find_middle(double h) {
     ahead.col(1) = r * (d_.col(1) + 2.0 * d_.col(2));
     ahead.col(2) = r * r * d_.col(2);
   }
-  if (!solve(model_, state_, time_, {ahead, h}, {0.5 * h, negligible_ahead}, work_)) return false;
+  if (!solve(model_, state_, time_, {ahead, h}, {0.5 * h, negligible_ahead, 0.0, &splitting_ahead_}, work_)) return false;
   VecX middle;
   evaluate_solution(model_, state_, {ahead, h}, work_, 0.5 * h, middle);
   remove_oscillation(model_, {ahead, h}, 0.5 * h, h, middle);
-  return middle.allFinite() && linearise(time_ + 0.5 * h, middle, &model_, trial_model_);
+  return middle.allFinite() && linearise(time_ + 0.5 * h, middle, &model_, h, trial_model_);
 }
 
 // The end of a step whose remainder is centre + x slope + x^2 bend, x from -1 at its beginning to 1 at its end.
@@ -272,7 +405,7 @@ bool ExponentialSolver::find_end(const VecX& centre, const VecX& slope, const Ve
   trial_d_.col(0) = centre + bend - slope;
   trial_d_.col(1) = 2.0 * slope - 4.0 * bend;
   trial_d_.col(2) = 4.0 * bend;
-  if (!solve(trial_model_, state_, time_, {trial_d_, h}, {h, negligible}, work_)) return false;
+  if (!solve(trial_model_, state_, time_, {trial_d_, h}, {h, negligible, apart_leaves, &splitting_}, work_)) return false;
   evaluate_solution(trial_model_, state_, {trial_d_, h}, work_, h, end);
   return end.allFinite();
 }
@@ -311,33 +444,34 @@ void ExponentialSolver::add_correction(const LinearModel& m, const VecX& change,
   const double once = h * theta * theta * (2.0 * theta / 3.0 - 0.5), twice = h * h * theta * theta * theta * (theta - 1.0) / 6.0;
   y.head(nq_) += once * change.head(nq_);
   y.tail(tail) += once * change.tail(tail);
-  const VecX w = change.segment(nq_, nw_), p = m.P * change.head(nq_), gw = gauges_ * w, gp = gauges_ * p;
-  // What is no vibration is carried along.
-  const VecX rest_w = w - shapes_ * gw, rest_p = p - shapes_ * gp;
-  VecX u(gw.size()), v(gw.size());
-  for (Eigen::Index k = 0; k < gw.size(); ++k) {
-    const Driven d = driven(frequencies_[k], h, gw[k], gp[k], theta);
-    u[k] = d.u, v[k] = d.v;
+  const VecX w = m.modes.gauges * change.segment(nq_, nw_), p = m.modes.gauges * m.directions(change.head(nq_));
+  VecX u(nw_), v(nw_);
+  for (Eigen::Index k = 0; k < nw_; ++k) {
+    // What is no vibration is carried along.
+    const Driven d = m.modes.frequencies[k] > 0.0 ? driven(m.modes.frequencies[k], h, w[k], p[k], theta)
+                                                  : Driven{twice * w[k] + once * p[k], once * w[k]};
+    // p moves by what its coordinates' own remainder moves already.
+    u[k] = d.u - once * p[k], v[k] = d.v;
   }
-  y.segment(nq_, nw_) += shapes_ * v + once * rest_w;
-  // p moves by what its coordinates' own remainder moves already.
-  y.head(nq_) += m.T * VecX(shapes_ * u + twice * rest_w + once * rest_p - once * p);
+  y.segment(nq_, nw_) += m.modes.shapes * v;
+  y.head(nq_) += m.coordinates(m.modes.shapes * u);
 }
 
 // The end with what its remainder, `change` more than predicted, makes of it; false where the closed form leaves out what counts: how the
 // rates' matrix acts on it, and that of the deflections as far as it is none of the vibrations'.
 bool ExponentialSolver::correct_end(const VecX& change, double h, const VecX& weight, VecX& end) const {
-  if (frequencies_.size() == 0 || shapes_.rows() != nw_) return false;
   const LinearModel& m = trial_model_;
+  if (m.modes.frequencies.isZero(0.0)) return false;
   end = predicted_;
   add_correction(m, change, h, 1.0, end);
   if (!end.allFinite()) return false;
-  const VecX w = end.segment(nq_, nw_) - predicted_.segment(nq_, nw_), p = m.P * (end.head(nq_) - predicted_.head(nq_));
+  const VecX w = end.segment(nq_, nw_) - predicted_.segment(nq_, nw_), p = m.directions(end.head(nq_) - predicted_.head(nq_));
   VecX left_out(problem_.size);
   left_out.setZero();
   left_out.segment(nq_, nw_) =
-      mean_share * h * (m.B * w + m.A * p + shapes_ * VecX(frequencies_.cwiseAbs2().cwiseProduct(VecX(gauges_ * p))));
-  left_out.head(nq_) = mean_share * h * (m.T * left_out.segment(nq_, nw_));
+      mean_share * h *
+      (m.B * w + m.A * p + m.modes.shapes * VecX(m.modes.frequencies.cwiseAbs2().cwiseProduct(VecX(m.modes.gauges * p))));
+  left_out.head(nq_) = mean_share * h * m.coordinates(left_out.segment(nq_, nw_));
   return left_out.cwiseProduct(weight).squaredNorm() <= most_left_out * most_left_out * static_cast<double>(problem_.size);
 }
 

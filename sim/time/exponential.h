@@ -16,7 +16,9 @@
 // J. Sci. Comput. 20 (1998) 930). The estimated error of a step is what the evaluation at its end changed.
 #pragma once
 
+#include "sim/time/free_motion.h"
 #include "sim/time/integrator.h"
+#include "sim/time/modes.h"
 
 namespace flexframe::sim {
 
@@ -41,12 +43,22 @@ class ExponentialSolver {
   struct LinearModel {
     double time = 0.0;
     VecX state, rates;
-    MatX T, P, A, B, A1;  // q x n, n x q, n x n
+    SparseEntries T, P;   // q x n, n x q
+    MatX A, B, A1;        // n x n
     MatX closed;          // the part of A that is known in closed form, whose change A1 follows
     MatX slope;           // its divided difference to the model before, which is `apart` seconds earlier
     double apart = 0.0;
+    // Of A. Where steps are too short for anything to be followed apart those of a model before, and amounts are w and p themselves.
+    Modes modes;
+    bool plain = false;
+    MatX moves;  // q by amounts of p
+    VecX directions(const VecX& q) const;       // P q
+    VecX coordinates(const VecX& p) const;      // T p
+    VecX amounts(const VecX& w) const;          // of w or p
+    VecX of_amounts(const VecX& amounts) const;
   };
-  // Coefficients of the powers of (time since start) / length of w and p = P (q - q*), one under the other as power_series.h has them.
+  // Coefficients of the powers of (time since start) / length of the amounts (modes.h) of w and p = P (q - q*), one under the other as
+  // power_series.h has them.
   struct Piece {
     double start = 0.0, length = 0.0;  // s since the step's beginning
     MatX terms;
@@ -55,24 +67,46 @@ class ExponentialSolver {
   struct Solution {
     std::vector<Piece> pieces;
     size_t used = 0;
+    VecX begin;       // amounts at the beginning, as the pieces' columns have them
+    FreeMotion free;  // what has to be added to the pieces
   };
   // The remainder of a step: d0 + x d1 + x^2 d2 with the columns of d, x = (time since the step's beginning) / span.
   struct Parabola {
     const MatX& d;
     double span;
   };
-  // How far a solution goes, s, and which share of it the series' terms may leave out.
-  struct Reach {
-    double length, negligible;
+  // What of a solution is followed apart, as it did last: radians that the rest of it makes at least, spans of its free motion.
+  struct Splitting {
+    double radians = 0.0;
+    int spans = 1;
   };
-  bool linearise(double t, const VecX& y, const LinearModel* before, LinearModel& model);
+  // How far a solution goes, s, what the series' terms may leave out and what following fast modes apart may, in weights
+  // (0: their free motion is not asked for).
+  struct Reach {
+    double length, negligible, left_out;
+    Splitting* splitting;
+  };
+  // The equations of a solution in amounts: its loads as coefficients of the powers of time / span, rows as power_series.h has them.
+  struct Amounts {
+    double tau = 0.0, span = 0.0;  // the beginning, s since that of the model; span of the loads
+    Eigen::Index rows = 0;
+    VecX z;
+    MatX loads;
+    ModalWeights weights;
+    ModalState state(const VecX& at, double s) const;
+  };
+  bool linearise(double t, const VecX& y, const LinearModel* before, double h, LinearModel& model);
   VecX driven_rates(const LinearModel& model) const;
   VecX remainder(const LinearModel& model, double t, const VecX& y, const VecX& rates) const;
+  void set_modes(LinearModel& model, double h);
+  Amounts amounts_of(const LinearModel& model, const VecX& y, double t, const Parabola& remainder) const;
   bool solve(const LinearModel& model, const VecX& y, double t, const Parabola& remainder, const Reach& reach, Solution& out) const;
+  VecX split(const Modes& modes, const Amounts& amounts, double limit, VecX& fast) const;
+  double unrest(const Modes& modes, const Amounts& rest, const VecX& share, const Solution& solution, double s) const;
+  bool march(const Modes& modes, const Amounts& amounts, const VecX& share, const Reach& reach, Solution& out) const;
   void evaluate_solution(const LinearModel& model, const VecX& y, const Parabola& remainder, const Solution& solution, double s,
                          VecX& out) const;
-  double fastest(const LinearModel& model) const;
-  void find_vibrations(const MatX& A);
+  double fastest(const MatX& A, const MatX& B) const;
   void remove_oscillation(const LinearModel& model, const Parabola& remainder, double s, double h, VecX& y) const;
   bool correct_end(const VecX& change, double h, const VecX& weight, VecX& end) const;
   void add_correction(const LinearModel& model, const VecX& change, double h, double theta, VecX& y) const;
@@ -88,8 +122,6 @@ class ExponentialSolver {
       restB1_;  // what the closed form of the matrix leaves out, by differences at rest_time_, and its change in time
   double rest_time_ = 0.0;
   bool rest_moves_ = false;  // differenced twice
-  MatX shapes_, gauges_;     // vibrations of A as last made anew: w = shapes (n x m) times their rates, rates = gauges (m x n) w
-  VecX frequencies_;         // rad/s, m
   double evaluations_ = 0.0, renewed_ = 0.0;
 
   double time_ = 0.0, previous_ = 0.0, h_ = 0.0;
@@ -105,6 +137,7 @@ class ExponentialSolver {
   VecX end_, calm_end_, calm_end_rate_, predicted_;
   mutable VecX probe_;
   double error_ = 0.0;
+  Splitting splitting_, splitting_ahead_;  // of whole steps and of ways to their middle
 };
 
 }  // namespace flexframe::sim

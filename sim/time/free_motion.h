@@ -1,0 +1,33 @@
+// Vibrations that nothing drives, followed by amounts of modes (modes.h) over many of their radians at once: within a span every mode turns
+// by itself in closed form, and what couples them (B, the change of A, what A is not diagonal) acts on the amounts that do not turn, by its
+// integral over the span, again in closed form: Magnus' expansion to first order in the interaction picture. Its error is of second order in
+// the coupling, not in the frequencies. Two runs, one with twice the spans, tell it.
+// Iserles, Norsett, Phil. Trans. R. Soc. A 357 (1999) 983; Hochbruck, Lubich, SIAM J. Numer. Anal. 41 (2003) 945.
+#pragma once
+
+#include "sim/time/modes.h"
+
+namespace flexframe::sim {
+
+class FreeMotion {
+ public:
+  // From the amounts z = [p; w] at a time `tau` seconds after that of the modes, over `length` seconds in `spans` equal spans.
+  FreeMotion() = default;
+  FreeMotion(const Modes& modes, double tau, double length, int spans, const VecX& z);
+  bool empty() const { return before_.cols() == 0; }
+  // [p; w] at s seconds after the beginning; not finite where the coupling is too strong for the spans.
+  VecX at(double s) const;
+
+ private:
+  VecX turned(const VecX& z, double s) const;
+  double span_ = 0.0;
+  VecX frequencies_;
+  MatX before_, after_;  // what does not turn, referred to the middle of each span: before and after its coupling
+};
+
+// The motion from z on whose error, in weights, is told to be below `most`; empty where that takes more than most_spans. Begins with
+// `spans` of them, which is left at what will do next time.
+FreeMotion follow_free(const Modes& modes, const ModalWeights& weights, double tau, double length, const VecX& z, double most,
+                       int most_spans, int& spans);
+
+}  // namespace flexframe::sim

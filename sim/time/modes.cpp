@@ -1,0 +1,147 @@
+#include "sim/time/modes.h"
+
+#include "sim/base/eigen_solvers.h"
+#include "sim/base/wide.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+
+namespace flexframe::sim {
+namespace {
+
+// Of the squares of two frequencies: closer ones are left as they are, coupled.
+constexpr double close = 1e-3;
+// Corrections of shapes beyond that are not small.
+constexpr double small_correction = 0.2;
+// Of gauges times shapes less one.
+constexpr double most_inverse_error = 1e-9;
+// Coupled to another mode by more than that share of itself, it is no mode.
+constexpr double coupled = 0.1;
+
+// C = A B, n x n: tiles of 8 x 4 numbers stay in registers; what is left over at the edges is computed twice.
+FLEXFRAME_WIDE
+void multiply_square(const double* A, const double* B, double* C, int size) {
+  typedef double V __attribute__((vector_size(32), aligned(8)));
+  const std::ptrdiff_t n = size;
+  for (std::ptrdiff_t j0 = 0; j0 < n; j0 += 4) {
+    const std::ptrdiff_t j = std::min(j0, n - 4);
+    const double *const b0 = B + j * n, *const b1 = b0 + n, *const b2 = b1 + n, *const b3 = b2 + n;
+    for (std::ptrdiff_t i0 = 0; i0 < n; i0 += 8) {
+      const std::ptrdiff_t i = std::min(i0, n - 8);
+      V s0{}, s1{}, s2{}, s3{}, t0{}, t1{}, t2{}, t3{};
+      const double* a = A + i;
+      for (std::ptrdiff_t k = 0; k < n; ++k, a += n) {
+        const V x = *reinterpret_cast<const V*>(a), y = *reinterpret_cast<const V*>(a + 4);
+        s0 += x * b0[k];
+        t0 += y * b0[k];
+        s1 += x * b1[k];
+        t1 += y * b1[k];
+        s2 += x * b2[k];
+        t2 += y * b2[k];
+        s3 += x * b3[k];
+        t3 += y * b3[k];
+      }
+      double* const c = C + j * n + i;
+      const V sums[8] = {s0, t0, s1, t1, s2, t2, s3, t3};
+      for (int l = 0; l < 4; ++l) {
+        *reinterpret_cast<V*>(c + l * n) = sums[2 * l];
+        *reinterpret_cast<V*>(c + l * n + 4) = sums[2 * l + 1];
+      }
+    }
+  }
+}
+
+MatX product(const MatX& A, const MatX& B) {
+  if (A.rows() < 8) return A * B;
+  MatX C(A.rows(), B.cols());
+  multiply_square(A.data(), B.data(), C.data(), static_cast<int>(A.rows()));
+  return C;
+}
+
+bool invert_better(Modes& m) {
+  const Eigen::Index n = m.shapes.rows();
+  for (int k = 0; k < 3; ++k) {
+    MatX residual = -product(m.gauges, m.shapes);
+    residual.diagonal().array() += 1.0;
+    const double error = residual.cwiseAbs().maxCoeff();
+    if (!(error < 0.5)) return false;
+    if (error < 1e-12 * static_cast<double>(n)) return true;
+    m.gauges += product(residual, m.gauges);
+    if (error * error < most_inverse_error) return m.gauges.allFinite();
+  }
+  return false;
+}
+
+}  // namespace
+
+bool find_modes(const MatX& A, Modes& modes) {
+  const Eigen::Index n = A.rows();
+  if (n == 0 || !A.allFinite()) return false;
+  const ComplexEigen eigen(A);
+  if (eigen.info() != Eigen::Success) return false;
+  modes.shapes.resize(n, n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const bool pair = eigen.eigenvalues()[k].imag() != 0.0 && k + 1 < n;
+    modes.shapes.col(k) = eigen.eigenvectors().col(k).real();
+    if (!pair) continue;
+    modes.shapes.col(k + 1) = eigen.eigenvectors().col(k).imag();
+    ++k;
+  }
+  modes.gauges = solve_square(modes.shapes, MatX::Identity(n, n));
+  return modes.gauges.allFinite() && invert_better(modes);
+}
+
+bool renew_modes(const MatX& A, Modes& modes) {
+  const Eigen::Index n = A.rows();
+  MatX X = product(modes.gauges, product(A, modes.shapes));
+  const VecX own = X.diagonal();
+  double largest = 0.0;
+  for (Eigen::Index j = 0; j < n; ++j)
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const double apart = own[j] - own[i];
+      const bool leave = i == j || std::abs(apart) < close * std::max(std::abs(own[i]), std::abs(own[j]));
+      X(i, j) = leave ? 0.0 : X(i, j) / apart;
+    }
+  // Whatever the units of the amounts.
+  for (Eigen::Index j = 0; j < n; ++j)
+    for (Eigen::Index i = 0; i < j; ++i) largest = std::max(largest, std::abs(X(i, j) * X(j, i)));
+  if (!(largest < small_correction * small_correction)) return false;
+  modes.shapes += product(modes.shapes, X);
+  modes.gauges -= product(X, modes.gauges);
+  return modes.shapes.allFinite() && invert_better(modes);
+}
+
+void express_modes(const MatX& A, const MatX& B, const MatX& A1, Modes& m) {
+  m.A = product(m.gauges, product(A, m.shapes));
+  m.B = product(m.gauges, product(B, m.shapes));
+  m.A1 = product(m.gauges, product(A1, m.shapes));
+  const Eigen::Index n = A.rows();
+  m.frequencies = VecX::Zero(n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const double square = -m.A(k, k);
+    double others = 0.0;
+    for (Eigen::Index j = 0; j < n; ++j)
+      if (j != k) others = std::max(others, std::abs(m.A(k, j) * m.A(j, k)));
+    if (square > 0.0 && std::sqrt(others) < coupled * square) m.frequencies[k] = std::sqrt(square);
+  }
+}
+
+void held_at(const Modes& m, const VecX& fast, const ModalState& z, VecX& u, VecX& v) {
+  const VecX slow = VecX::Ones(fast.size()) - fast;
+  const VecX w = slow.cwiseProduct(z.w), p = slow.cwiseProduct(z.p), A1p = m.A1 * p;
+  const VecX load = z.load_w + m.B * w + m.A * p + z.tau * A1p;
+  const VecX dw = slow.cwiseProduct(load), dp = slow.cwiseProduct(z.w + z.load_p);
+  const VecX rate = z.rate_w + m.B * dw + m.A * dp + z.tau * (m.A1 * dp) + A1p;
+  u.setZero(fast.size());
+  v.setZero(fast.size());
+  for (Eigen::Index k = 0; k < fast.size(); ++k) {
+    if (fast[k] == 0.0) continue;
+    const double square = -(m.A(k, k) + z.tau * m.A1(k, k));
+    u[k] = (load[k] + z.rate_p[k]) / square;
+    v[k] = (rate[k] + m.A1(k, k) * u[k]) / square - z.load_p[k];
+    u[k] += m.B(k, k) * v[k] / square;
+  }
+}
+
+}  // namespace flexframe::sim
