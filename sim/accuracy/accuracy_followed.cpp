@@ -20,6 +20,8 @@ constexpr double shifted = 2.25;
 // What lies beyond the next modes too, where nothing damps the vibrations: shares that fall by 1.6 a mode add as squares.
 // Of stretching and twist under a force at the end it is as much again as twice the modes have brought: they fall as 1/n.
 constexpr double tail_undamped = 1.28, tail_stiff = 2.0;
+// The elements behind half as many modes more are twice as many with this: they err by their number's square or its fourth power.
+constexpr double more_elements = 4.0 / 3.0;
 // What a round of refinement is thought to bring, however little the last one did (every second mode may have no part in the motion), and
 // where none is known: half as many modes more, of which what lacks falls as n^-3. Its price then: twice the one before.
 constexpr double least_fall = 1.2, best_fall = 3.4, usual_growth = 2.0;
@@ -176,11 +178,9 @@ bool Followed::settle_time(double timely) {
 // where there is one body only, all of whose modes would be refined then.
 std::optional<Histories> Followed::run_finer(Search& finer, const Setting& next) {
   finer_run.reset();
-  const auto slow = [](const std::string& unit) {
-    return unit == "N" || unit == "N m" || unit == "Pa" || unit == "m/s^2" || unit == "rad/s^2";
-  };
   const bool one = std::all_of(list.begin(), list.end(), [&](const Refinement& r) { return r.body == list.front().body; });
-  if (!whole || !one || std::none_of(here->units.begin(), here->units.end(), slow)) return finer.run_within(finer.at(next), unlimited);
+  if (!whole || !one || std::none_of(here->units.begin(), here->units.end(), converges_slowly))
+    return finer.run_within(finer.at(next), unlimited);
   const double start = cpu_seconds();
   std::optional<Histories> run;
   try {
@@ -216,6 +216,7 @@ bool Followed::judge_all_at_once() {
   Search finer = search;
   Setting next = setting;
   for (Refinement& r : list) r.growth = finer.refine(r, next);
+  finer.fineness *= more_elements;
   const std::optional<Histories> judge = run_finer(finer, next);
   search.cpu = finer.cpu;
   if (!judge) {

@@ -81,9 +81,8 @@ int modes_at(int level) {
   return (level % 2 == 1 ? 4 : 6) << half;
 }
 
-// Of stretching and torsion, which are stiffer than bending and follow loads that are spread along the beam, so many are kept at first: two
-// carry nine tenths of what a beam stretches under its own inertia, and each costs as much as one of bending.
-constexpr int stiff_modes = 2;
+// As many as few modes may have (rounding: beam_elements.cpp).
+constexpr int most_elements = 300;
 
 // Modes more that tell what is missing: symmetric ones and others take turns, and every second one may have no part in the motion.
 constexpr int telling_modes = 2;
@@ -136,11 +135,12 @@ Scene Search::at(const Setting& setting) const {
 // So many modes of a beam's bending, of stretching and torsion a few and `more`.
 void Search::keep(const Resolvable& body, int modes, int more, BeamDef& beam) const {
   beam.keep_modes = modes;
-  beam.elements = std::max(body.given, elements_for_modes(modes));
-  const int stiff = modes > 0 ? std::min(modes, stiff_modes) + more : 0;
+  const auto elements = [this](int n) { return std::min(most_elements, static_cast<int>(fineness * elements_behind_modes(n))); };
+  beam.elements = std::max({body.given, elements_for_modes(modes), elements(modes)});
+  const int stiff = modes > 0 ? std::min(modes, stiff_at_first) + more : 0;
   if (body.stretches) beam.keep_axial = stiff;
   if (body.twists) beam.keep_torsion = stiff;
-  if (body.stretches || body.twists) beam.elements = std::max(beam.elements, elements_for_modes(stiff));
+  if (body.stretches || body.twists) beam.elements = std::max({beam.elements, elements_for_modes(stiff), elements(stiff)});
 }
 
 Scene Search::with_half(const Setting& setting) const {
@@ -209,7 +209,7 @@ double Search::refine(const Refinement& what, Setting& setting) {
   }
   const BeamDef& beam = std::get<BeamDef>(here.bodies[*what.body].kind);
   if (what.stiff) {
-    more_[*what.body] += (beam.keep_axial ? beam.keep_axial : beam.keep_torsion).value_or(stiff_modes);
+    more_[*what.body] += (beam.keep_axial ? beam.keep_axial : beam.keep_torsion).value_or(stiff_at_first);
     return 2.0;
   }
   const int have = *beam.keep_modes;

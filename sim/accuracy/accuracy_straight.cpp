@@ -323,7 +323,9 @@ std::optional<Finished> Straight::followed(double within) const {
   Task task = t_;
   task.straight = true;
   task.search.method = Method::exponential;
-  const double modes = 1.5 * std::pow(t_.accuracy, -1.0 / 3.0);
+  const bool slow = std::any_of(fine_.units.begin(), fine_.units.end(), converges_slowly);
+  const double modes = (slow ? 1.5 : 0.7) * std::pow(t_.accuracy, -1.0 / 3.0);
+  if (slow) task.search.stiff_at_first *= 2;
   // Where rates decay too, steps cost what the fastest vibration asks for, whatever the tolerance.
   const double tolerance = t_.search.undamped ? 3e-4 * t_.accuracy : std::min(3e-4 * t_.accuracy, 1e-5 * std::sqrt(t_.accuracy));
   task.setting = {Search::level_for_modes(modes), std::clamp(tolerance, 1e-10, 1e-4)};
