@@ -419,6 +419,27 @@ void set_constants(const Beam& beam, const KeptFields& fields, Integrals& sum) {
   beam::add_stations(sum, beam.p, beam.effects, fields.at(places), x, weight);
 }
 
+void add_nodes(const Beam& beam, const KeptFields& fields, FlexibleBody& body) {
+  std::vector<std::pair<int, double>> places;
+  for (const beam::Station& s : beam.stations) places.push_back(beam.layout.place(s.x));
+  const FieldBlocks at = fields.at(places);
+  body.nodes.resize(beam.stations.size());
+  for (size_t i = 0; i < beam.stations.size(); ++i) {
+    FlexibleNode& node = body.nodes[i];
+    node.name = beam.stations[i].name;
+    node.origin = Vec3(beam.stations[i].x, 0.0, 0.0);
+    node.phi = Mat3X::Zero(3, body.n);
+    node.psi = Mat3X::Zero(3, body.n);
+    const auto set = [&](Mat3X& motion, Eigen::Index row, const FieldBlock& field, double sign) {
+      if (field.rows.rows() == 0) return;
+      motion.row(row).segment(field.first, field.rows.rows()) = sign * field.rows.col(static_cast<Eigen::Index>(i)).transpose();
+    };
+    set(node.phi, 0, at.u, 1.0), set(node.phi, 1, at.v, 1.0), set(node.phi, 2, at.w, 1.0);
+    // A section turns by (theta, -w', v').
+    set(node.psi, 0, at.theta, 1.0), set(node.psi, 1, at.s, -1.0), set(node.psi, 2, at.phi_z, 1.0);
+  }
+}
+
 // The running integrals visit the nodes in the order of x.
 void set_second_order_of_nodes(const Beam& beam, const KeptFields& fields, const FieldRows& root, FlexibleBody& body) {
   const std::vector<beam::Station>& stations = beam.stations;
@@ -522,7 +543,7 @@ KeptBeam make_kept_beam(const BeamDef& def, const BeamEffects& effects, const st
   const auto rows = [&](int panel, double xi) { return fields.row_at((panel + xi) * (p.length / panels)); };
   beam::set_axis_mass(body, p, effects, identity, {panels, beam::gauss_points, rows, root});
 
-  for (const beam::Station& s : beam.stations) body.nodes.push_back(beam::make_node(s.name, s.x, fields.row_at(s.x)));
+  add_nodes(beam, fields, body);
   if (effects.stiffening && body.n > 0) set_second_order_of_nodes(beam, fields, root, body);
 
   out.coordinates = beam::seen_from(layout, def.boundary, full);

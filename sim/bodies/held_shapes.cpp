@@ -183,7 +183,7 @@ MatX vibrations(const LongBody& body, const HeldStatics& statics, int places, Ei
     return MatX(body.K.rows(), 0);
   }
   const Eigen::Index block = places + 1;  // as many vibrations may have the same frequency
-  Eigen::Index target = 2 * count + 4 * block + 4;
+  Eigen::Index target = 2 * count + 2 * block + 2;
   if (target < all) {
     // T = static response to inertia; basis: a Krylov space of it, with T of it beside.
     const Eigen::Index most = std::min(all, 2 * target);
