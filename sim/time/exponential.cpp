@@ -19,6 +19,9 @@ constexpr double negligible = 1e-4, negligible_ahead = 1e-1;
 constexpr double turned = 4.0, least_turned = 0.1;
 // Where more than that share of the radians is left nothing is followed apart; nor where a span of what is would be that short.
 constexpr double worth_apart = 0.7, radians_of_span = 5.0;
+// Beyond that modes are not those of the matrix any more.
+constexpr double most_mixing = 0.003;
+constexpr int models_between = 3;                                        // where nothing is followed apart
 constexpr double aimed_at = 0.4, least_longer = 1.3, most_longer = 3.0;  // of what may be off its place; by how much more radians then
 // Of the radians of a series, those that the rest makes at least: one piece.
 constexpr double least_share = 0.9;
@@ -151,11 +154,23 @@ VecX ExponentialSolver::LinearModel::of_amounts(const VecX& amounts) const { ret
 void ExponentialSolver::set_modes(LinearModel& m, double h) {
   const Modes& before = model_.modes;
   const bool known = before.shapes.rows() == nw_;
-  m.plain = nw_ > 0 && known && worth_apart * before.frequencies.maxCoeff() * h < least_share * radians_of_series(problem_.tolerance);
+  // In pieces of a series: on the way to the middle and to the end they are followed to; what follows some of them apart costs.
+  m.plain = nw_ > 0 && known &&
+            1.5 * before.frequencies.maxCoeff() * h / radians_of_series(problem_.tolerance) < 4.0 + 0.06 * static_cast<double>(nw_);
   if (&m != &model_) {
     m.modes.shapes = before.shapes;
     m.modes.gauges = before.gauges;
     if (m.plain) m.modes.frequencies = before.frequencies;
+  }
+  const bool renew = !m.plain || ++models_since_ >= models_between;
+  if (renew) {
+    models_since_ = 0;
+    if (!known && !find_modes(m.A, m.modes)) m.modes.shapes = m.modes.gauges = MatX::Identity(nw_, nw_);
+    express_modes(m.A, m.B, m.A1, m.modes);
+    if (known && mixing(m.modes) > most_mixing) {
+      if (!renew_modes(m.modes) && !find_modes(m.A, m.modes)) m.modes.shapes = m.modes.gauges = MatX::Identity(nw_, nw_);
+      express_modes(m.A, m.B, m.A1, m.modes);
+    }
   }
   if (m.plain) {
     m.modes.A = m.A;
@@ -164,8 +179,6 @@ void ExponentialSolver::set_modes(LinearModel& m, double h) {
     m.moves = m.T.dense();
     return;
   }
-  if ((!known || !renew_modes(m.A, m.modes)) && !find_modes(m.A, m.modes)) m.modes.shapes = m.modes.gauges = MatX::Identity(nw_, nw_);
-  express_modes(m.A, m.B, m.A1, m.modes);
   m.moves = MatX::Zero(nq_, nw_);
   for (const SparseEntries::Entry& e : m.T.entries) m.moves.row(e.row) += e.value * m.modes.shapes.row(e.column);
 }
@@ -312,8 +325,7 @@ bool ExponentialSolver::march(const Modes& modes, const Amounts& amounts, const 
   weights.head(n) = amounts.weights.w;
   MatX L = MatX::Zero(rows, 3 * n);
   L.block(0, n, n, n) = share.asDiagonal() * modes.B;
-  double piece_length =
-      std::min(length, radians_of_series(problem_.tolerance) / std::max(fastest(A, L.block(0, n, n, n)), 1e-300));
+  double piece_length = std::min(length, radians_of_series(problem_.tolerance) / std::max(fastest(A, L.block(0, n, n, n)), 1e-300));
   // A step of more pieces than that is not worth its memory: what decays at once is for other methods.
   const double most = std::clamp(4e6 / (2.0 * static_cast<double>(n + 1) * most_terms), 8.0, 500.0);
   if (length > most * piece_length) return false;
@@ -469,8 +481,7 @@ bool ExponentialSolver::correct_end(const VecX& change, double h, const VecX& we
   VecX left_out(problem_.size);
   left_out.setZero();
   left_out.segment(nq_, nw_) =
-      mean_share * h *
-      (m.B * w + m.A * p + m.modes.shapes * VecX(m.modes.frequencies.cwiseAbs2().cwiseProduct(VecX(m.modes.gauges * p))));
+      mean_share * h * (m.B * w + m.A * p + m.modes.shapes * VecX(m.modes.frequencies.cwiseAbs2().cwiseProduct(VecX(m.modes.gauges * p))));
   left_out.head(nq_) = mean_share * h * m.coordinates(left_out.segment(nq_, nw_));
   return left_out.cwiseProduct(weight).squaredNorm() <= most_left_out * most_left_out * static_cast<double>(problem_.size);
 }

@@ -43,18 +43,18 @@ class ExponentialSolver {
   struct LinearModel {
     double time = 0.0;
     VecX state, rates;
-    SparseEntries T, P;   // q x n, n x q
-    MatX A, B, A1;        // n x n
-    MatX closed;          // the part of A that is known in closed form, whose change A1 follows
-    MatX slope;           // its divided difference to the model before, which is `apart` seconds earlier
+    SparseEntries T, P;  // q x n, n x q
+    MatX A, B, A1;       // n x n
+    MatX closed;         // the part of A that is known in closed form, whose change A1 follows
+    MatX slope;          // its divided difference to the model before, which is `apart` seconds earlier
     double apart = 0.0;
     // Of A. Where steps are too short for anything to be followed apart those of a model before, and amounts are w and p themselves.
     Modes modes;
     bool plain = false;
-    MatX moves;  // q by amounts of p
-    VecX directions(const VecX& q) const;       // P q
-    VecX coordinates(const VecX& p) const;      // T p
-    VecX amounts(const VecX& w) const;          // of w or p
+    MatX moves;                             // q by amounts of p
+    VecX directions(const VecX& q) const;   // P q
+    VecX coordinates(const VecX& p) const;  // T p
+    VecX amounts(const VecX& w) const;      // of w or p
     VecX of_amounts(const VecX& amounts) const;
   };
   // Coefficients of the powers of (time since start) / length of the amounts (modes.h) of w and p = P (q - q*), one under the other as
@@ -137,6 +137,7 @@ class ExponentialSolver {
   VecX end_, calm_end_, calm_end_rate_, predicted_;
   mutable VecX probe_;
   double error_ = 0.0;
+  int models_since_ = 0;                   // whose modes were taken over
   Splitting splitting_, splitting_ahead_;  // of whole steps and of ways to their middle
 };
 

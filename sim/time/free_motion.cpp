@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace flexframe::sim {
 namespace {
@@ -12,6 +13,8 @@ namespace {
 // What does not vibrate turns by so little within a span, and the rest of it is coupling.
 constexpr double hardly = 1e-3;
 constexpr double weak = 1e-3;
+// Radians that two modes turn apart up to which they count as close.
+constexpr double close_turn = 3.0, far_turn = 30.0;
 
 // Of x = z: sin(z) / z and (sin(z) / z - cos(z)) / z, from sine and cosine.
 FLEXFRAME_INLINE void bessel(double z, double sin, double cos, double& zeroth, double& first) {
@@ -42,20 +45,64 @@ void integrate(const double* f, const double* sin, const double* cos, int n, int
   }
 }
 
-// The integral of the coupling, [p; w] x [p; w]: constant + tau slope, tau the middle of the span.
-struct Coupling {
-  MatX constant, slope;
-  Coupling(const Modes& m, const VecX& f, double span);
+// What other modes, shaking along, do back to a mode: a load bend[0] + tau bend[1] + tau^2 bend[2] times its p. It grows with time and not
+// with the spans, so that more of them do not show it. share: the largest share of another mode in what shakes along, tau up to `most`.
+struct Backlash {
+  double bend[3] = {0.0, 0.0, 0.0}, share = 0.0;
+  double at(double tau) const { return bend[0] + tau * (bend[1] + tau * bend[2]); }
 };
 
-// Turned back and forth by the angles of modes i and j: p' = -S_i g, w' = c_i g with g = (a + b s) (c_j p + S_j w) + e (c_j w - f_j^2 S_j p).
-// Odd parts vanish.
-Coupling::Coupling(const Modes& m, const VecX& f, double span) : constant(2 * f.size(), 2 * f.size()), slope(MatX::Zero(2 * f.size(), 2 * f.size())) {
+// u_l'' + f_l^2 u_l = a u + e v has, for u'' = -f^2 u, the solution (a u + e v) / (f_l^2 - f^2). Of a mode that turns as fast within a span
+// first order has the effect already.
+Backlash backlash(const Modes& m, const VecX& roots, Eigen::Index k, double span, double most) {
+  Backlash out;
+  const double f = m.frequencies[k], square = f * f;
+  out.bend[0] = 0.25 * m.B(k, k) * m.B(k, k);
+  for (Eigen::Index l = 0; l < m.A.rows(); ++l) {
+    if (l == k) continue;
+    const double apart = -m.A(l, l) - square, turn = std::abs(roots[l] - f) * span;
+    if (turn < 1e-3) continue;
+    const double over = (turn < far_turn ? 1.0 - std::sin(turn) / turn : 1.0) / apart;
+    const double a = m.A(k, l) * m.A(l, k), b = m.A1(k, l) * m.A1(l, k), e = m.B(k, l) * m.B(l, k) * square;
+    out.bend[0] += (a - e) * over;
+    out.bend[1] += (m.A(k, l) * m.A1(l, k) + m.A1(k, l) * m.A(l, k)) * over;
+    out.bend[2] += b * over;
+    out.share = std::max(out.share, std::sqrt(std::abs(a) + most * most * std::abs(b) + std::abs(e)) * std::abs(over));
+  }
+  return out;
+}
+
+VecX roots_of(const Modes& m) { return (-m.A.diagonal()).cwiseMax(0.0).cwiseSqrt(); }
+
+// The integral of the coupling, [p; w] x [p; w]: constant + tau slope, tau the middle of the span, and the backlash on what begins with z.
+struct Coupling {
+  MatX constant, slope;
+  std::vector<Backlash> back;
+  VecX back_p, back_w;  // integrals of -S S and c c
+  Coupling(const Modes& m, const VecX& f, double span, const VecX& z);
+  MatX at(double tau) const {
+    const Eigen::Index n = back_p.size();
+    MatX K = constant + tau * slope;
+    for (Eigen::Index k = 0; k < n; ++k) {
+      K(k, n + k) += back[k].at(tau) * back_p[k];
+      K(n + k, k) += back[k].at(tau) * back_w[k];
+    }
+    return K;
+  }
+};
+
+// Turned back and forth by the angles of modes i and j: p' = -S_i g, w' = c_i g with g = (a + b s) (c_j p + S_j w) + e (c_j w - f_j^2 S_j
+// p). Odd parts vanish.
+Coupling::Coupling(const Modes& m, const VecX& f, double span, const VecX& z)
+    : constant(2 * f.size(), 2 * f.size()), slope(MatX::Zero(2 * f.size(), 2 * f.size())), back(f.size()) {
   const Eigen::Index n = f.size();
-  const VecX sin = (0.5 * span * f).array().sin(), cos = (0.5 * span * f).array().cos();
+  const VecX roots = roots_of(m), sin = (0.5 * span * f).array().sin(), cos = (0.5 * span * f).array().cos();
   VecX SS(n), cc(n), sSc(n), scS(n), a(n);
+  back_p.resize(n);
+  back_w.resize(n);
   for (Eigen::Index j = 0; j < n; ++j) {
-    integrate(f.data(), sin.data(), cos.data(), static_cast<int>(n), static_cast<int>(j), span, {SS.data(), cc.data(), sSc.data(), scS.data()});
+    integrate(f.data(), sin.data(), cos.data(), static_cast<int>(n), static_cast<int>(j), span,
+              {SS.data(), cc.data(), sSc.data(), scS.data()});
     a = m.A.col(j);
     a[j] += f[j] * f[j];
     const auto b = m.A1.col(j), e = m.B.col(j);
@@ -65,6 +112,9 @@ Coupling::Coupling(const Modes& m, const VecX& f, double span) : constant(2 * f.
     constant.col(j).tail(n) = a.cwiseProduct(cc);
     slope.col(n + j).head(n) = -b.cwiseProduct(SS);
     slope.col(j).tail(n) = b.cwiseProduct(cc);
+    if (m.frequencies[j] > 0.0 && (z[j] != 0.0 || z[n + j] != 0.0)) back[j] = backlash(m, roots, j, span, 0.0);
+    back_p[j] = -SS[j];
+    back_w[j] = cc[j];
   }
 }
 
@@ -85,14 +135,14 @@ FreeMotion::FreeMotion(const Modes& m, double tau, double length, int spans, con
   const Eigen::Index n = m.frequencies.size();
   span_ = length / spans;
   frequencies_ = m.frequencies.cwiseMax(hardly / span_);
-  const Coupling coupling(m, frequencies_, span_);
+  const Coupling coupling(m, frequencies_, span_, z);
   before_.resize(2 * n, spans);
   after_.resize(2 * n, spans);
   VecX now = turned(z, 0.5 * span_), first(2 * n), second(2 * n), third(2 * n);
   for (int k = 0; k < spans; ++k) {
     if (k > 0) now = turned(now, span_);
     before_.col(k) = now;
-    const MatX K = coupling.constant + (tau + (k + 0.5) * span_) * coupling.slope;
+    const MatX K = coupling.at(tau + (k + 0.5) * span_);
     multiply(K, now.data(), first.data());
     multiply(K, first.data(), second.data());
     now += first + 0.5 * second;
@@ -111,20 +161,56 @@ VecX FreeMotion::at(double s) const {
   return turned(before_.col(k) + into * (after_.col(k) - before_.col(k)), (into - 0.5) * span_);
 }
 
+namespace {
+
+// What no number of spans shows: the backlash's own backlash, and what modes of close frequencies do to each other by way of others;
+// weighted.
+double unseen(const Modes& m, const ModalWeights& weights, double tau, double length, const VecX& z) {
+  const Eigen::Index n = m.frequencies.size();
+  const double most = std::max(std::abs(tau), std::abs(tau + length));
+  const VecX roots = roots_of(m);
+  VecX p = VecX::Zero(n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const double f = m.frequencies[k];
+    if (f == 0.0) continue;
+    const double amplitude = std::hypot(z[k], z[n + k] / f);
+    if (amplitude == 0.0) continue;
+    const Backlash back = backlash(m, roots, k, length, most);
+    const double force = std::max(std::abs(back.at(tau)), std::abs(back.at(tau + length)));
+    p[k] += amplitude * force * length / (2.0 * f) * std::min(1.0, back.share + 1.0 / far_turn);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      if (i == k || std::abs(m.frequencies[i] - f) * length > close_turn) continue;
+      double way = 0.0;
+      for (Eigen::Index l = 0; l < n; ++l) {
+        const double apart = std::abs(-m.A(l, l) - f * f);
+        if (l == k || l == i || apart * length < 2.0 * f) continue;
+        way += ((std::abs(m.A(i, l)) + most * std::abs(m.A1(i, l))) * (std::abs(m.A(l, k)) + most * std::abs(m.A1(l, k))) +
+                std::abs(m.B(i, l) * m.B(l, k)) * f * f) /
+               apart;
+      }
+      p[i] += amplitude * way * length / (2.0 * f);
+    }
+  }
+  return std::sqrt((p.cwiseProduct(weights.p).squaredNorm() + p.cwiseProduct(m.frequencies).cwiseProduct(weights.w).squaredNorm()) /
+                   weights.size);
+}
+
+}  // namespace
+
 FreeMotion follow_free(const Modes& modes, const ModalWeights& weights, double tau, double length, const VecX& z, double most,
                        int most_spans, int& spans) {
   const Eigen::Index n = modes.frequencies.size();
   spans = std::max(1, spans);
-  if (2 * spans > most_spans) return {};
+  if (2 * spans > most_spans || !(unseen(modes, weights, tau, length, z) <= most)) return {};
   FreeMotion coarse(modes, tau, length, spans, z);
   for (VecX end = coarse.at(length);; spans *= 2) {
     if (2 * spans > most_spans) return {};
     FreeMotion fine(modes, tau, length, 2 * spans, z);
     const VecX fine_end = fine.at(length), off = fine_end - end;
     // Of second order: the finer one is off by a third of what they differ by.
-    const double error = std::sqrt((off.head(n).cwiseProduct(weights.p).squaredNorm() + off.tail(n).cwiseProduct(weights.w).squaredNorm()) /
-                                   weights.size) /
-                         3.0;
+    const double error =
+        std::sqrt((off.head(n).cwiseProduct(weights.p).squaredNorm() + off.tail(n).cwiseProduct(weights.w).squaredNorm()) / weights.size) /
+        3.0;
     if (error <= most) {
       if (error < 0.1 * most) spans = std::max(1, spans / 2);
       return fine;

@@ -1,8 +1,8 @@
 // Vibrations that nothing drives, followed by amounts of modes (modes.h) over many of their radians at once: within a span every mode turns
 // by itself in closed form, and what couples them (B, the change of A, what A is not diagonal) acts on the amounts that do not turn, by its
-// integral over the span, again in closed form: Magnus' expansion to first order in the interaction picture. Its error is of second order in
-// the coupling, not in the frequencies. Two runs, one with twice the spans, tell it.
-// Iserles, Norsett, Phil. Trans. R. Soc. A 357 (1999) 983; Hochbruck, Lubich, SIAM J. Numer. Anal. 41 (2003) 945.
+// integral over the span, again in closed form: Magnus' expansion to first order in the interaction picture. Its error is of second order
+// in the coupling, not in the frequencies. Two runs, one with twice the spans, tell it. Iserles, Norsett, Phil. Trans. R. Soc. A 357 (1999)
+// 983; Hochbruck, Lubich, SIAM J. Numer. Anal. 41 (2003) 945.
 #pragma once
 
 #include "sim/time/modes.h"

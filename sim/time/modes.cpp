@@ -20,34 +20,29 @@ constexpr double most_inverse_error = 1e-9;
 constexpr double coupled = 0.1;
 
 // C = A B, n x n: tiles of 8 x 4 numbers stay in registers; what is left over at the edges is computed twice.
-FLEXFRAME_WIDE
+FLEXFRAME_WIDEST
 void multiply_square(const double* A, const double* B, double* C, int size) {
-  typedef double V __attribute__((vector_size(32), aligned(8)));
+  typedef double V __attribute__((vector_size(64), aligned(8)));
   const std::ptrdiff_t n = size;
   for (std::ptrdiff_t j0 = 0; j0 < n; j0 += 4) {
     const std::ptrdiff_t j = std::min(j0, n - 4);
     const double *const b0 = B + j * n, *const b1 = b0 + n, *const b2 = b1 + n, *const b3 = b2 + n;
     for (std::ptrdiff_t i0 = 0; i0 < n; i0 += 8) {
       const std::ptrdiff_t i = std::min(i0, n - 8);
-      V s0{}, s1{}, s2{}, s3{}, t0{}, t1{}, t2{}, t3{};
+      V s0{}, s1{}, s2{}, s3{};
       const double* a = A + i;
       for (std::ptrdiff_t k = 0; k < n; ++k, a += n) {
-        const V x = *reinterpret_cast<const V*>(a), y = *reinterpret_cast<const V*>(a + 4);
+        const V x = *reinterpret_cast<const V*>(a);
         s0 += x * b0[k];
-        t0 += y * b0[k];
         s1 += x * b1[k];
-        t1 += y * b1[k];
         s2 += x * b2[k];
-        t2 += y * b2[k];
         s3 += x * b3[k];
-        t3 += y * b3[k];
       }
       double* const c = C + j * n + i;
-      const V sums[8] = {s0, t0, s1, t1, s2, t2, s3, t3};
-      for (int l = 0; l < 4; ++l) {
-        *reinterpret_cast<V*>(c + l * n) = sums[2 * l];
-        *reinterpret_cast<V*>(c + l * n + 4) = sums[2 * l + 1];
-      }
+      *reinterpret_cast<V*>(c) = s0;
+      *reinterpret_cast<V*>(c + n) = s1;
+      *reinterpret_cast<V*>(c + 2 * n) = s2;
+      *reinterpret_cast<V*>(c + 3 * n) = s3;
     }
   }
 }
@@ -92,21 +87,30 @@ bool find_modes(const MatX& A, Modes& modes) {
   return modes.gauges.allFinite() && invert_better(modes);
 }
 
-bool renew_modes(const MatX& A, Modes& modes) {
-  const Eigen::Index n = A.rows();
-  MatX X = product(modes.gauges, product(A, modes.shapes));
-  const VecX own = X.diagonal();
+namespace {
+
+bool are_close(double one, double other) { return std::abs(one - other) < close * std::max(std::abs(one), std::abs(other)); }
+
+}  // namespace
+
+double mixing(const Modes& modes) {
+  const MatX& A = modes.A;
   double largest = 0.0;
-  for (Eigen::Index j = 0; j < n; ++j)
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const double apart = own[j] - own[i];
-      const bool leave = i == j || std::abs(apart) < close * std::max(std::abs(own[i]), std::abs(own[j]));
-      X(i, j) = leave ? 0.0 : X(i, j) / apart;
-    }
   // Whatever the units of the amounts.
-  for (Eigen::Index j = 0; j < n; ++j)
-    for (Eigen::Index i = 0; i < j; ++i) largest = std::max(largest, std::abs(X(i, j) * X(j, i)));
-  if (!(largest < small_correction * small_correction)) return false;
+  for (Eigen::Index j = 0; j < A.cols(); ++j)
+    for (Eigen::Index i = 0; i < j; ++i) {
+      const double apart = A(j, j) - A(i, i), product = std::abs(A(i, j) * A(j, i));
+      if (product > largest * apart * apart && !are_close(A(i, i), A(j, j))) largest = product / (apart * apart);
+    }
+  return std::sqrt(largest);
+}
+
+bool renew_modes(Modes& modes) {
+  if (!(mixing(modes) < small_correction)) return false;
+  MatX X = modes.A;
+  const VecX own = X.diagonal();
+  for (Eigen::Index j = 0; j < X.cols(); ++j)
+    for (Eigen::Index i = 0; i < X.rows(); ++i) X(i, j) = i == j || are_close(own[i], own[j]) ? 0.0 : X(i, j) / (own[j] - own[i]);
   modes.shapes += product(modes.shapes, X);
   modes.gauges -= product(X, modes.gauges);
   return modes.shapes.allFinite() && invert_better(modes);

@@ -17,10 +17,12 @@ struct Modes {
 
 // Shapes and gauges of A by its eigenvectors (real and imaginary parts of complex ones); false where there are no n independent ones.
 bool find_modes(const MatX& A, Modes& modes);
-// The same from those of a matrix close by, to second order of the difference; false where they are not close enough.
-bool renew_modes(const MatX& A, Modes& modes);
 // All else of `modes` from the shapes.
 void express_modes(const MatX& A, const MatX& B, const MatX& A1, Modes& modes);
+// How far the shapes are from those of A, as expressed: the largest share of one that has to be added to another.
+double mixing(const Modes& modes);
+// Shapes and gauges that are as good as the square of that; false where they are not close enough. All else has to be expressed anew.
+bool renew_modes(Modes& modes);
 
 // Amounts at a time, tau seconds after that of A, and the loads there with their rates: n numbers each.
 struct ModalState {
