@@ -286,9 +286,12 @@ bool ExponentialSolver::solve(const LinearModel& m, const VecX& y, double t, con
     VecX fast;
     const double limit = radians / reach.length;
     const VecX free = split(m.modes, amounts, limit, fast);
-    // A state to linearise about is freed from them anyway.
-    if (reach.left_out > 0.0) {
-      out.free = follow_free(m.modes, amounts.weights, amounts.tau, reach.length, free, reach.left_out, most_spans, last.spans);
+    // A state to linearise about is freed from them anyway; what is less than the series leave out is as good as at rest.
+    const double swing =
+        (free.head(n).cwiseProduct(amounts.weights.p).squaredNorm() + free.tail(n).cwiseProduct(amounts.weights.w).squaredNorm()) /
+        amounts.weights.size;
+    if (reach.left_out > 0.0 && !(swing <= reach.negligible * reach.negligible)) {
+      out.free = follow_free(m.modes, amounts.weights, {free, amounts.tau, reach.length, reach.left_out, most_spans}, last.spans);
       if (out.free.empty()) {
         last.radians = most_longer * radians;
         last.spans = std::max(1, most_spans / 8);

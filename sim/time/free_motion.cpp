@@ -31,10 +31,17 @@ struct Integrals {
   double *SS, *cc, *sSc, *scS;  // S_i S_j, c_i c_j, s S_i c_j, s c_i S_j
 };
 
+// Frequencies, sines and cosines of half their turn within a span.
+struct Turns {
+  const double *f, *sin, *cos;
+  int n;
+};
+
 FLEXFRAME_WIDE
-void integrate(const double* f, const double* sin, const double* cos, int n, int j, double span, Integrals out) {
+void integrate(const Turns& turns, int j, double span, const Integrals& out) {
+  const double *const f = turns.f, *const sin = turns.sin, *const cos = turns.cos;
   const double fj = f[j], sj = sin[j], cj = cos[j], half = 0.5 * span, quarter = 0.25 * span * span;
-  for (int i = 0; i < n; ++i) {
+  for (int i = 0; i < turns.n; ++i) {
     double sum0, sum1, difference0, difference1;
     bessel((f[i] + fj) * half, sin[i] * cj + cos[i] * sj, cos[i] * cj - sin[i] * sj, sum0, sum1);
     bessel((f[i] - fj) * half, sin[i] * cj - cos[i] * sj, cos[i] * cj + sin[i] * sj, difference0, difference1);
@@ -101,7 +108,7 @@ Coupling::Coupling(const Modes& m, const VecX& f, double span, const VecX& z)
   back_p.resize(n);
   back_w.resize(n);
   for (Eigen::Index j = 0; j < n; ++j) {
-    integrate(f.data(), sin.data(), cos.data(), static_cast<int>(n), static_cast<int>(j), span,
+    integrate({f.data(), sin.data(), cos.data(), static_cast<int>(n)}, static_cast<int>(j), span,
               {SS.data(), cc.data(), sSc.data(), scS.data()});
     a = m.A.col(j);
     a[j] += f[j] * f[j];
@@ -197,8 +204,8 @@ double unseen(const Modes& m, const ModalWeights& weights, double tau, double le
 
 }  // namespace
 
-FreeMotion follow_free(const Modes& modes, const ModalWeights& weights, double tau, double length, const VecX& z, double most,
-                       int most_spans, int& spans) {
+FreeMotion follow_free(const Modes& modes, const ModalWeights& weights, const FreeAsked& asked, int& spans) {
+  const auto& [z, tau, length, most, most_spans] = asked;
   const Eigen::Index n = modes.frequencies.size();
   spans = std::max(1, spans);
   if (2 * spans > most_spans || !(unseen(modes, weights, tau, length, z) <= most)) return {};

@@ -25,9 +25,14 @@ class FreeMotion {
   MatX before_, after_;  // what does not turn, referred to the middle of each span: before and after its coupling
 };
 
-// The motion from z on whose error, in weights, is told to be below `most`; empty where that takes more than most_spans. Begins with
-// `spans` of them, which is left at what will do next time.
-FreeMotion follow_free(const Modes& modes, const ModalWeights& weights, double tau, double length, const VecX& z, double most,
-                       int most_spans, int& spans);
+// From [p; w] = z on, tau seconds after the time of the modes, with an error that is told to be below `most` in weights at the end.
+struct FreeAsked {
+  const VecX& z;
+  double tau, length, most;
+  int most_spans;
+};
+
+// Empty where it takes more spans than that. Begins with `spans` of them, which is left at what will do next time.
+FreeMotion follow_free(const Modes& modes, const ModalWeights& weights, const FreeAsked& asked, int& spans);
 
 }  // namespace flexframe::sim
