@@ -43,6 +43,7 @@ void ExponentialSolver::restart(double t0, const VecX& y0) {
   h_ = 0.0;
   restA_.resize(0, 0);
   rest_moves_ = false;
+  model_.modes.shapes.resize(0, 0);  // coordinates may be others
   if (!linearise(t0, y0, nullptr, 0.0, model_)) throw SimulationError("the derivatives at the start cannot be evaluated");
   calm_ = y0;
   calm_rate_ = model_.rates;

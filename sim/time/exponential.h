@@ -4,9 +4,12 @@
 // A step from t to t + h linearises the equations of motion about the state predicted for its middle, t* = t + h/2,
 //   q' = T w + d_q(t),   w' = w*' + (A + (t - t*) A1) P (q - q*) + B (w - w*) + d_w(t),
 // with A1 the change of A from the step before, and takes the remainders d for parabolas through their values at the beginning, the middle
-// (d_w: zero; d_q: what prescribed motions make of coordinates that close loops) and the end. The linear equations are solved by Taylor
-// series over pieces of a dozen radians of the fastest vibration:
-// products of a small matrix with a vector, a hundredth of the price of an evaluation of f each. Two evaluations and a matrix a step.
+// (d_w: zero; d_q: what prescribed motions make of coordinates that close loops) and the end. Two evaluations and a matrix a step.
+// The linear equations are solved in amounts of the modes of A (modes.h). What vibrates faster than some ten radians in a step is split:
+// its free part is followed by itself, over many radians at once (free_motion.h), to a twentieth of the tolerance; the rest, in which it
+// is held and given so much inertia that it makes no more radians than what else there is, goes by Taylor series over pieces of a dozen
+// radians of the fastest (power_series.h). Where what should be held is off its place in the end, more radians are left to the series, at
+// last all of them; steps of few radians go by series alone.
 // The end is first predicted with a remainder that is extrapolated; what the remainder there changes is less than the tolerance, and what
 // follows from it is added in closed form, vibration by vibration, instead of by series once more.
 // What turns by several radians within the step is taken out of the states at which the remainders are evaluated (brought to where it
