@@ -22,6 +22,7 @@ constexpr double worth_apart = 0.7, radians_of_span = 5.0;
 // Beyond that modes are not those of the matrix any more.
 constexpr double most_mixing = 0.003;
 constexpr int models_between = 3;                                        // where nothing is followed apart
+constexpr double changing = 0.2;                                         // share of a frequency's square
 constexpr double aimed_at = 0.4, least_longer = 1.3, most_longer = 3.0;  // of what may be off its place; by how much more radians then
 // Of the radians of a series, those that the rest makes at least: one piece.
 constexpr double least_share = 0.9;
@@ -281,12 +282,15 @@ bool ExponentialSolver::solve(const LinearModel& m, const VecX& y, double t, con
   Splitting& last = *reach.splitting;
   const double least = least_share * radians_of_series(problem_.tolerance),
                all = m.plain ? 0.0 : reach.length * m.modes.frequencies.maxCoeff();
-  const int most_spans = static_cast<int>(all / radians_of_span);
+  const int most_spans = static_cast<int>(std::min(all / radians_of_span, 1000.0));
   for (double radians = std::max(least, last.radians); radians < worth_apart * all; radians = last.radians) {
     Amounts rest = amounts;
     VecX fast;
     const double limit = radians / reach.length;
     const VecX free = split(m.modes, amounts, limit, fast);
+    // A frequency that changes that much within the step has no place to rest at.
+    const double away = std::max(std::abs(amounts.tau), std::abs(amounts.tau + reach.length));
+    if (!((away * fast.array() * m.modes.A1.diagonal().array().abs() <= changing * m.modes.frequencies.array().square()).all())) break;
     // A state to linearise about is freed from them anyway; what is less than the series leave out is as good as at rest.
     const double swing =
         (free.head(n).cwiseProduct(amounts.weights.p).squaredNorm() + free.tail(n).cwiseProduct(amounts.weights.w).squaredNorm()) /
