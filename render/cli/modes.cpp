@@ -14,6 +14,7 @@
 #include "sim/run/mode_swing.h"
 #include "sim/start/linearise.h"
 #include "sim/start/make_system.h"
+#include "sim/time/sample_state.h"
 
 #include <fmt/format.h>
 
@@ -333,6 +334,7 @@ void modes_at_times(const Words& w) {
       system, job.scene.simulation.method, span, {},
       [&](sim::System& s, double t, const sim::VecX& y) {
         sim::set_state(s, t, y.data(), false);
+        sim::require_sample_closed(s, false);
         const sim::Linearisation linear = sim::linearise(s);
         table.add(t, linear.modes);
         fmt::print("t = {:.6g} s{}\n", t, linear.equilibrium ? "" : ": about the positions there, which the mechanism leaves");

@@ -2,6 +2,7 @@
 
 #include "sim/base/small_matrices.h"
 #include "sim/dynamics/kinematics.h"
+#include "sim/dynamics/velocities.h"
 #include "sim/scene/joint_kinds.h"
 #include "sim/scene/table.h"
 
@@ -826,8 +827,11 @@ void require_closed(const Model& model, int cluster, W& work) {
                         : ""));
 }
 
+namespace {
+
+// for_accelerations: what they need of the rates is made too.
 template <class W>
-void close_velocities(const Model& model, int cluster, W& work) {
+void close_rates(const Model& model, int cluster, W& work, bool for_accelerations) {
   const Cluster& c = model.clusters[cluster];
   ClusterWork& cw = work.clusters[cluster];
   const Partition& part = cw.partition;
@@ -861,9 +865,22 @@ void close_velocities(const Model& model, int cluster, W& work) {
   for (int k = 0; k < ni; ++k) work.w[c.v0 + part.ind[k]] = ind[k];
   for (int k = 0; k < nd; ++k) work.w[c.v0 + part.dep[k]] = dep[k];
   update_cluster_velocities(model, cluster, work);
+  if (!for_accelerations) return;
   closure_rates(model, cluster, work, poses);
   rhs = -cw.bias;
   multiply_into(cw.Gd, rhs, cw.gamma);
+}
+
+}  // namespace
+
+template <class W>
+void close_velocities(const Model& model, int cluster, W& work) {
+  close_rates(model, cluster, work, true);
+}
+
+template <class W>
+void close_velocities_alone(const Model& model, int cluster, W& work) {
+  close_rates(model, cluster, work, false);
 }
 
 template <class W>
@@ -931,6 +948,7 @@ double partition_growth(const Model& model, int cluster, const Work& work) {
   template void update_closure_rates(const Model&, int, W&);                                                    \
   template void close_positions(const Model&, int, W&);                                                         \
   template void close_velocities(const Model&, int, W&);                                                        \
+  template void close_velocities_alone(const Model&, int, W&);                                                  \
   template void require_closed(const Model&, int, W&);                                                          \
   template VecX closure_row_scales(const Model&, const W&, int);                                                \
   template std::vector<WrenchAt<W>> coupling_wrenches(const Model&, const W&, int, const CouplingRow&, double); \

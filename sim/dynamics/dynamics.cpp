@@ -7,6 +7,7 @@
 #include "sim/dynamics/kinematics.h"
 #include "sim/dynamics/loads.h"
 #include "sim/dynamics/reduced_mass.h"
+#include "sim/dynamics/velocities.h"
 
 #include <fmt/format.h>
 
@@ -405,6 +406,12 @@ void update_velocities(const Model& model, W& work) {
   for (size_t c = 0; c < model.clusters.size(); ++c) close_velocities(model, static_cast<int>(c), work);
 }
 
+template <class W>
+void update_velocities_alone(const Model& model, W& work) {
+  for (ClusterWork& cw : work.clusters) cw.lock_rate.setZero();
+  for (size_t c = 0; c < model.clusters.size(); ++c) close_velocities_alone(model, static_cast<int>(c), work);
+}
+
 namespace {
 
 // Articulated inertia and bias of the cluster at its base frame, added to the part that carries it.
@@ -602,6 +609,7 @@ Energy energy_of_motion(const Model& model, const W& work) {
 #define FLEXFRAME_FOR(W)                                      \
   template void update_positions(const Model&, W&, bool);     \
   template void update_velocities(const Model&, W&);          \
+  template void update_velocities_alone(const Model&, W&);    \
   template void update_accelerations(const Model&, W&);       \
   template void update_accelerations_alone(const Model&, W&); \
   template void load_responses(const Model&, W&, VecX&);      \
@@ -610,18 +618,36 @@ FLEXFRAME_FOR(Work)
 FLEXFRAME_FOR(PlaneWork)
 #undef FLEXFRAME_FOR
 
-Energy compute_energy(const Model& model, const Work& work, int scene_body) {
+namespace {
+
+// Energies of the bodies alone.
+template <class W>
+Energy body_energy(const Model& model, const W& work, int scene_body) {
   Energy e;
   for (size_t i = 0; i < model.parts.size(); ++i) {
     const Part& part = model.parts[i];
     if (scene_body >= 0 && part.scene_body != scene_body) continue;
-    const PartWork& p = work.parts[i];
-    e.kinetic += kinetic_energy(part.body, p.terms, p.V, p.qd);
+    const auto& p = work.parts[i];
+    const auto& body = kinetic_body(model, work, static_cast<int>(i));
+    e.kinetic += kinetic_energy(body, p.terms, p.V, p.qd);
     e.strain += strain_energy(part.body, p.q);
-    e.potential -= model.settings.gravity.dot(part.body.mass * p.world.p + p.world.R * p.terms.md);
+    e.potential -= gravity(model, work).dot(body.mass * p.world.p + turn(p.world, p.terms.md));
   }
   e.strain += flexure_energy(model, work.q, scene_body);
+  return e;
+}
+
+}  // namespace
+
+Energy compute_energy(const Model& model, const Work& work, int scene_body) {
+  Energy e = body_energy(model, work, scene_body);
   if (scene_body < 0) e.potential += spring_energy(model, work);
+  return e;
+}
+
+Energy compute_energy(const Model& model, const PlaneWork& work, const Work& placed, int scene_body) {
+  Energy e = body_energy(model, work, scene_body);
+  if (scene_body < 0) e.potential += spring_energy(model, placed);
   return e;
 }
 

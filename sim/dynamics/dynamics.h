@@ -33,6 +33,8 @@ template <class W>
 Energy energy_of_motion(const Model& model, const W& work);
 // Energies of bodies, springs and gravity, J. Positions and velocities come first. body >= 0: of one scene body only.
 Energy compute_energy(const Model& model, const Work& work, int scene_body = -1);
+// The same of a plane whose positions and velocities `placed` has in space (place_in_space). Gravity lies within the plane.
+Energy compute_energy(const Model& model, const PlaneWork& work, const Work& placed, int scene_body = -1);
 
 // Applied force on each rate of a joint (springs, dampers, stops, friction): out(nv), N or Nm.
 void joint_forces(const Part& part, const JointWork& at, const VecX& all_q, const VecX& all_w, VecX& out);

@@ -26,7 +26,10 @@ struct Builder {
 
   void build() {
     find_normal();
-    for (const PartWork& p : work.parts) d.part_axes.push_back(axes_about(p.world.R.transpose() * normal));
+    for (const PartWork& p : work.parts) {
+      d.part_axes.push_back(axes_about(p.world.R.transpose() * normal));
+      d.part_heights.push_back(normal.dot(p.world.p));
+    }
     for (size_t i = 0; i < model.frames.size(); ++i) add_frame(i);
     for (size_t i = 0; i < model.parts.size(); ++i) add_part(i);
     for (size_t k = 0; k < model.clusters.size(); ++k) add_cluster(static_cast<int>(k));
@@ -239,12 +242,49 @@ PlaneWork::PlaneWork(Work& work, PlaneMotion& m)
 
 Pose pose_in_space(const Model& model, const Work& work, int frame) { return frame_world(model, work, frame); }
 
+namespace {
+
+// A pose between planar axes P and Q, each in the axes of its own frame, as it is between those: R and p in the axes of the first.
+Pose between(const Mat3& P, const PlanePose& at, double height, const Mat3& Q) {
+  Mat3 turned;
+  turned.col(0) = at.c * P.col(0) + at.s * P.col(1);
+  turned.col(1) = at.c * P.col(1) - at.s * P.col(0);
+  turned.col(2) = P.col(2);
+  Pose out;
+  out.R.noalias() = turned * Q.transpose();
+  out.p = at.p.x() * P.col(0) + at.p.y() * P.col(1) + height * P.col(2);
+  return out;
+}
+
+}  // namespace
+
 Pose pose_in_space(const Model& model, const PlaneWork& work, int frame) {
-  const PlanePose at = frame_world(model, work, frame);
   const PlaneFrame& f = work.plane.frame_constants[frame];
-  Mat3 R;
-  R << at.c, -at.s, 0.0, at.s, at.c, 0.0, 0.0, 0.0, 1.0;
-  return {work.plane.axes * R * f.axes.transpose(), work.plane.axes * Vec3(at.p.x(), at.p.y(), f.height)};
+  return between(work.plane.axes, frame_world(model, work, frame), f.height, f.axes);
+}
+
+void place_in_space(const Model& model, const PlaneWork& from, Work& to) {
+  const PlaneMotion& plane = from.plane;
+  for (size_t i = 0; i < model.parts.size(); ++i) {
+    const PartMotion<Plane>& p = from.parts[i];
+    const Mat3& Q = plane.part_axes[i];
+    PartWork& out = to.parts[i];
+    out.world = between(plane.axes, p.world, plane.part_heights[i], Q);
+    out.V = joined(Vec3(p.V.x() * Q.col(0) + p.V.y() * Q.col(1)), Vec3(p.V.z() * Q.col(2)));
+    if (model.parts[i].body.n == 0) continue;
+    out.q = p.q;
+    out.qd = p.qd;
+  }
+  const auto place_frame = [&](int f) {
+    if (!from.frames[f].flexible) return;
+    const PlaneFrame& at = plane.frame_constants[f];
+    const int part = model.frames[f].part;
+    to.frames[f].pose = between(plane.part_axes[part], from.frames[f].pose, at.height - plane.part_heights[part], at.axes);
+  };
+  for (const Cluster& c : model.clusters) {
+    place_frame(c.base);
+    for (const int f : c.frames) place_frame(f);
+  }
 }
 
 Vec3 within(const PlaneWork& work, int frame, const Vec6& F) {

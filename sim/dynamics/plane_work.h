@@ -36,6 +36,7 @@ struct PlaneMotion : Motion<Plane> {
   bool forces_within = true;  // nothing pulls or pushes along the normal
   std::vector<PlaneFrame> frame_constants;
   std::vector<Mat3> part_axes;
+  std::vector<double> part_heights;             // of the parts' origins along the normal, m
   std::vector<PlaneBody> bodies;                // per part
   std::vector<PlaneJoint> tree;                 // per part
   std::vector<std::vector<PlanePose>> entries;  // per cluster: Cluster::entry
@@ -92,5 +93,10 @@ inline Vec6 within(const Work&, int, const Vec6& F) { return F; }
 Vec3 within(const PlaneWork& work, int frame, const Vec6& F);
 inline Vec6 in_space(const Work&, int, const Vec6& V) { return V; }
 Vec6 in_space(const PlaneWork& work, int frame, const Vec3& V);
+
+// What a plane's positions and velocities are in space, as far as frames and outputs ask for them: poses, twists, elastic coordinates and
+// rates of the parts, poses of the frames by which joints and forces hold on to what deforms. Accelerations, inertias and the motion of
+// frames stay as they were.
+void place_in_space(const Model& model, const PlaneWork& from, Work& to);
 
 }  // namespace flexframe::sim

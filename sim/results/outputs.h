@@ -46,6 +46,7 @@ struct OutputPlans {
   std::vector<double> sizes;                      // of the columns (OutputDef::size)
   std::vector<ShownFrom> shown;                   // of every body of the scene, where its deformation is asked for
   bool accelerations = false, reactions = false;  // what they need
+  bool in_plane = true;                           // none of them needs more than place_plane_sample brings (sample_state.h)
   std::shared_ptr<SectionForces> sections;        // where section forces or stresses are asked for
 };
 
@@ -58,7 +59,7 @@ OutputFamily family_of(Quantity quantity);
 OutputPlans plan_outputs(Model& model, const Scene& scene, bool all_shown = false);
 
 // Where the columns of a state go. previous: those one sample before (rotations are continued through full turns), or null. energy: of the
-// whole system, where it is known already.
+// whole system.
 struct OutputRow {
   const double* previous = nullptr;
   double* columns = nullptr;

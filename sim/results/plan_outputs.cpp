@@ -304,6 +304,23 @@ void share_frames(const Model& model, std::vector<OutputPlan>& outputs) {
   }
 }
 
+// Whether a sample's poses and twists, coordinates and rates, and the energy of the system, are all that an output reads.
+bool read_in_plane(const OutputPlan& plan) {
+  switch (family_of(plan.def.quantity)) {
+    case OutputFamily::frame:
+      return plan.def.quantity != Quantity::acceleration;
+    case OutputFamily::joint:
+      return plan.def.quantity == Quantity::value || plan.def.quantity == Quantity::rate;
+    case OutputFamily::energy:
+      return plan.system;
+    case OutputFamily::elastic:
+    case OutputFamily::combination:
+      return true;
+    default:
+      return false;
+  }
+}
+
 }  // namespace
 
 OutputPlans plan_outputs(Model& model, const Scene& scene, bool all_shown) {
@@ -340,6 +357,7 @@ OutputPlans plan_outputs(Model& model, const Scene& scene, bool all_shown) {
     if (family_of(plan.def.quantity) == OutputFamily::combination)
       find_reads(plan, plans.outputs, plans.columns, fmt::format("{}:{}: output '{}'", scene.file.string(), plan.def.line, plan.def.name));
   share_frames(model, plans.outputs);
+  plans.in_plane = !plans.accelerations && !plans.reactions && std::all_of(plans.outputs.begin(), plans.outputs.end(), read_in_plane);
   // Once all frames are known.
   if (sections) plans.sections = std::make_shared<SectionForces>(model, scene);
   return plans;

@@ -6,6 +6,7 @@
 #include "sim/model/beam_strains.h"
 #include "sim/model/bodies.h"
 #include "sim/scene/joint_kinds.h"
+#include "sim/time/sample_state.h"
 
 #include <fmt/format.h>
 
@@ -32,10 +33,16 @@ void write_quaternion(const Mat3& R, Eigen::MatrixX4d& out, Eigen::Index row) {
   out.row(row) << q.w(), q.x(), q.y(), q.z();
 }
 
-void refresh(System& system, double t, const VecX& y, bool accelerations, bool reactions, Reactions& out) {
-  if (accelerations) update_system_accelerations(system);
-  if (accelerations) update_massless_accelerations(system, t, y);
-  if (reactions) compute_reactions(system.model, system.work, out);
+// Brings the work to a sample, with what the outputs need. Returns the energies of the system.
+Energy bring(System& system, double t, const VecX& y, const SampleNeeds& needs, Reactions& reactions) {
+  if (needs.in_plane) return place_plane_sample(system, t, y.data());
+  const Energy energy = place_space_sample(system, t, y.data());
+  if (needs.accelerations) {
+    update_system_accelerations(system);
+    update_massless_accelerations(system, t, y);
+  }
+  if (needs.reactions) compute_reactions(system.model, system.work, reactions);
+  return energy;
 }
 
 // What the state in `work` shows of the sizes of the mechanism and its motion.
@@ -92,6 +99,11 @@ void grow_work(System& system) {
   work.joints = system.work.joints;
   system.work = std::move(work);
 }
+
+SampleNeeds::SampleNeeds(const System& system, const OutputPlans& plans, bool forces)
+    : in_plane(plans.in_plane && !forces && has_plane_samples(system)),
+      accelerations(plans.accelerations || forces),
+      reactions(plans.reactions || forces) {}
 
 Recorder::Recorder(System& system, const std::vector<double>& times) {
   Model& model = system.model;
@@ -176,6 +188,7 @@ Recorder::Recorder(System& system, const std::vector<double>& times) {
     if (loads_->empty()) loads_.reset();
     else loads_->size(nt, results_.bodies);
   }
+  needs_ = SampleNeeds(system, plans_, loads_.has_value());
   results_.kinetic = results_.strain = results_.potential = results_.supplied = results_.dissipated = VecX::Zero(nt);
   table_ = MatX::Zero(static_cast<Eigen::Index>(plans_.columns.size()), nt);
 
@@ -191,8 +204,7 @@ Recorder::Recorder(System& system, const std::vector<double>& times) {
 void Recorder::record(System& system, double t, const VecX& y) {
   const Model& model = system.model;
   Work& work = system.work;
-  set_state(system, t, y.data(), false);
-  refresh(system, t, y, plans_.accelerations || loads_, plans_.reactions || loads_, reactions_);
+  const Energy e = bring(system, t, y, needs_, reactions_);
   const Eigen::Index row = row_++;
   if (loads_) loads_->record(model, work, reactions_, row, results_.bodies);
   for (size_t b = 0; b < results_.bodies.size(); ++b) {
@@ -233,7 +245,6 @@ void Recorder::record(System& system, double t, const VecX& y) {
     joint.value.row(row) = work.q.segment(p.q0, p.joint.nq).transpose();
     joint.rate.row(row) = work.w.segment(p.v0, p.joint.nv).transpose();
   }
-  const Energy e = compute_energy(model, work);
   raise_scales(system, e, plans_.reactions, reactions_, scales_);
   results_.kinetic[row] = e.kinetic;
   results_.strain[row] = e.strain;
@@ -262,31 +273,31 @@ HistoryRecorder::HistoryRecorder(System& system, const std::vector<double>& time
   if (std::any_of(plans_.sizes.begin(), plans_.sizes.end(), [](double size) { return size > 0.0; }))
     histories_.sizes = Eigen::Map<const VecX>(plans_.sizes.data(), static_cast<Eigen::Index>(plans_.sizes.size()));
   histories_.values = MatX::Zero(static_cast<Eigen::Index>(plans_.columns.size()), histories_.times.size());
+  needs_ = SampleNeeds(system, plans_);
   grow_work(system);
 }
 
 void HistoryRecorder::record(System& system, double t, const VecX& y) {
-  set_state(system, t, y.data(), false);
-  refresh(system, t, y, plans_.accelerations, plans_.reactions, reactions_);
+  const Energy e = bring(system, t, y, needs_, reactions_);
   const Eigen::Index row = row_++;
   MatX& table = histories_.values;
-  const Energy e = compute_energy(system.model, system.work);
   evaluate_outputs(system.model, plans_, system.work, reactions_,
                    {.previous = row > 0 ? table.col(row - 1).data() : nullptr, .columns = table.col(row).data(), .energy = &e});
   histories_.energy_scale = std::max({histories_.energy_scale, e.kinetic, e.strain});
   raise_scales(system, e, plans_.reactions, reactions_, histories_.scales);
 }
 
-CurrentOutputs::CurrentOutputs(System& system) : plans_(plan_outputs(system.model, system.scene)) { grow_work(system); }
+CurrentOutputs::CurrentOutputs(System& system) : plans_(plan_outputs(system.model, system.scene)), needs_(system, plans_) {
+  grow_work(system);
+}
 
 void CurrentOutputs::evaluate(System& system, double t, const VecX& y, VecX& row) {
   if (plans_.columns.empty()) return;
-  set_state(system, t, y.data(), false);
-  refresh(system, t, y, plans_.accelerations, plans_.reactions, reactions_);
+  const Energy e = bring(system, t, y, needs_, reactions_);
   const VecX before = row;
   row.resize(static_cast<Eigen::Index>(plans_.columns.size()));
   evaluate_outputs(system.model, plans_, system.work, reactions_,
-                   {.previous = before.size() > 0 ? before.data() : nullptr, .columns = row.data()});
+                   {.previous = before.size() > 0 ? before.data() : nullptr, .columns = row.data(), .energy = &e});
 }
 
 }  // namespace flexframe::sim

@@ -37,12 +37,22 @@ class TableRows {
 // After frames were added to the model (plan_outputs): the work space grows with them, the coordinates and partitions stay.
 void grow_work(System& system);
 
+// What a sample takes beside coordinates, poses and twists, and whether these are had from the scene's plane.
+struct SampleNeeds {
+  bool in_plane = false, accelerations = false, reactions = false;
+  SampleNeeds() = default;
+  // forces: section forces are wanted.
+  SampleNeeds(const System& system, const OutputPlans& plans, bool forces = false);
+};
+
 class Recorder {
  public:
   // Resolves the scene's outputs (throws InputError) and sizes the series.
   Recorder(System& system, const std::vector<double>& times);
   // Row for the next time.
   void record(System& system, double t, const VecX& y);
+  // Whether the sample was placed in the scene's plane: what else looks at it in space has to bring it there (set_state).
+  bool in_plane() const { return needs_.in_plane; }
   Results finish(const System& system);
   const OutputScales& scales() const { return scales_; }
 
@@ -53,6 +63,7 @@ class Recorder {
     NodePaths nodes;
   };
   OutputPlans plans_;
+  SampleNeeds needs_;
   std::vector<Piece> pieces_;                    // behind the nodes of the result bodies
   std::vector<int> first_parts_;                 // first part of every result body
   std::vector<double*> translation_, rotation_;  // rows of the sample, of every body
@@ -75,10 +86,12 @@ class HistoryRecorder {
  public:
   HistoryRecorder(System& system, const std::vector<double>& times);
   void record(System& system, double t, const VecX& y);
+  bool in_plane() const { return needs_.in_plane; }
   Histories finish() { return std::move(histories_); }
 
  private:
   OutputPlans plans_;
+  SampleNeeds needs_;
   Reactions reactions_;
   Histories histories_;
   Eigen::Index row_ = 0;
@@ -95,6 +108,7 @@ class CurrentOutputs {
 
  private:
   OutputPlans plans_;
+  SampleNeeds needs_;
   Reactions reactions_;
 };
 

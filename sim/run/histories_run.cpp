@@ -7,6 +7,7 @@
 #include "sim/run/second_run.h"
 #include "sim/scene/joint_kinds.h"
 #include "sim/start/make_system.h"
+#include "sim/time/sample_state.h"
 
 #include <algorithm>
 
@@ -62,7 +63,11 @@ Histories histories_of(const System* start, const Scene& scene, const SimulateOp
       RunSpan span = whole_run(s.simulation, times);
       const SolverStatistics statistics = integrate(
           system, options.method.value_or(s.simulation.method), span, {options.progress, steps_allowed(scene, options), options.tell},
-          [&](System& at, double t, const VecX& y) { recorder.record(at, t, y); }, indefinite);
+          [&](System& at, double t, const VecX& y) {
+            recorder.record(at, t, y);
+            require_sample_closed(at, recorder.in_plane());
+          },
+          indefinite);
       wanted = system.weights.narrowed(system);
       Histories out = recorder.finish();
       out.statistics = statistics;

@@ -357,7 +357,6 @@ bool MotionRun::hand_out_samples(double now) {
   for (; next < times.size() && times[next] <= now; ++next) {
     integrator->interpolate(times[next], at);
     sample(system, times[next], at);
-    for (size_t c = 0; c < system.model.clusters.size(); ++c) require_closed(system.model, static_cast<int>(c), system.work);
   }
   at_work.valid = false;
   return sampled;

@@ -29,7 +29,8 @@ inline RunSpan whole_run(const SimulationSettings& settings, std::vector<double>
   return {std::move(times), 0.0, settings.duration, false, {}};
 }
 
-// Integrates a system over a span; calls sample at each of its times, in order. Where it fails, `indefinite` is the scene's
+// Integrates a system over a span; calls sample at each of its times, in order: that looks at the loops itself (require_sample_closed, in
+// time/sample_state.h), which are looked at here at the end of steps that pass no sample. Where it fails, `indefinite` is the scene's
 // body whose kinetic energy was found not to be positive, if one was. Throws SimulationError with time and cause where the integration
 // cannot go on, and where it would take more than watch.most_steps steps: as soon as that is certain.
 SolverStatistics integrate(System& system, Method method, RunSpan& span, const RunWatch& watch,

@@ -31,8 +31,11 @@ OpenReactions::OpenReactions(const System& system) {
   }
 }
 
-void OpenReactions::look(System& system, size_t sample, size_t samples) {
-  if (watched_.empty() || sample % std::max<size_t>(1, samples / looks) != 0) return;
+bool OpenReactions::wants(size_t sample, size_t samples) const {
+  return !watched_.empty() && sample % std::max<size_t>(1, samples / looks) == 0;
+}
+
+void OpenReactions::look(System& system) {
   update_system_accelerations(system);
   compute_reactions(system.model, system.work, reactions_);
   const SharedReactions shared = shared_reactions(system.model, system.work, reactions_);

@@ -13,9 +13,10 @@ namespace flexframe::sim {
 class OpenReactions {
  public:
   explicit OpenReactions(const System& system);
-  // Looks at the state in `system`, which was recorded last. Costs nothing where no joint in a loop has its reaction asked for; else some
-  // twenty times a run of so many samples.
-  void look(System& system, size_t sample, size_t samples);
+  // Whether a sample of so many is to be looked at: none where no joint in a loop has its reaction asked for, else some twenty.
+  bool wants(size_t sample, size_t samples) const;
+  // Looks at the state that set_state brought `system` to.
+  void look(System& system);
   // A warning that names the joints of whose reaction more than a hundredth is open.
   void warn(Notes& into) const;
 

@@ -20,6 +20,7 @@
 #include "sim/run/time_error.h"
 #include "sim/start/make_system.h"
 #include "sim/start/statics.h"
+#include "sim/time/sample_state.h"
 
 #include <fmt/format.h>
 
@@ -150,9 +151,12 @@ Results simulate_alone(const Scene& scene, const SimulateOptions& options, bool 
         system, options.method.value_or(scene.simulation.method), span, {options.progress, steps_allowed(scene, options), options.tell},
         [&](System& s, double t, const VecX& y) {
           recorder.record(s, t, y);
+          require_sample_closed(s, recorder.in_plane());
           ranges.look(s, t);
-          open.look(s, recorded++, times.size());
-          if (next < looks.size() && looks[next] == sample++) left_out->look(s, t, y), ++next;
+          const bool reactions = open.wants(recorded++, times.size()), judged = next < looks.size() && looks[next] == sample++;
+          if (recorder.in_plane() && (reactions || judged)) set_state(s, t, y.data(), false);
+          if (reactions) open.look(s);
+          if (judged) left_out->look(s, t, y), ++next;
         },
         indefinite);
     alone.shares = shares;

@@ -8,14 +8,14 @@
 #include "sim/dynamics/reduced_mass.h"
 #include "sim/dynamics/stops.h"
 #include "sim/model/joint_motion.h"
+#include "sim/time/unpack.h"
 
 #include <algorithm>
 #include <cmath>
 
 namespace flexframe::sim {
-namespace {
 
-void unpack(System& system, const double* y) {
+void unpack_state(System& system, const double* y) {
   Work& work = system.work;
   work.q = Eigen::Map<const VecX>(y, system.model.nq);
   const double* w = y + system.model.nq;
@@ -25,8 +25,6 @@ void unpack(System& system, const double* y) {
   }
   if (system.model.nz > 0) work.signals.z = Eigen::Map<const VecX>(w, system.model.nz);
 }
-
-}  // namespace
 
 int state_size(const System& system) {
   size_t n = system.model.nq;
@@ -80,7 +78,7 @@ void evaluate(System& system, W& work, double& supplied, double& dissipated) {
 }  // namespace
 
 void set_state(System& system, double t, const double* y, bool accelerations) {
-  unpack(system, y);
+  unpack_state(system, y);
   update_expressions(system.model, t, system.work);
   move(system.model, system.work);
   if (accelerations) update_system_accelerations(system);
@@ -88,7 +86,7 @@ void set_state(System& system, double t, const double* y, bool accelerations) {
 
 void set_rates(System& system, double t, const double* y) {
   if (!system.plane) return set_state(system, t, y, false);
-  unpack(system, y);
+  unpack_state(system, y);
   update_expressions(system.model, t, system.work);
   PlaneWork work(system.work, *system.plane);
   move(system.model, work);
@@ -103,7 +101,7 @@ void require_closed_loops(System& system, double t, const double* y) {
     set_state(system, t, y, false);
     return require_all(system.work);
   }
-  unpack(system, y);
+  unpack_state(system, y);
   update_expressions(system.model, t, system.work);
   PlaneWork work(system.work, *system.plane);
   update_positions(model, work);
@@ -120,7 +118,7 @@ VecX repack_state(System& system, const VecX& old, const std::vector<Partition>&
 
 void state_rate(System& system, double t, const double* y, double* dy) {
   ++system.evaluations;
-  unpack(system, y);
+  unpack_state(system, y);
   update_expressions(system.model, t, system.work);
   double supplied = 0.0, dissipated = 0.0;
   if (system.plane) {

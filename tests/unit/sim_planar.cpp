@@ -1,7 +1,9 @@
 // The planar equations of motion and the structured Newton matrix against the equations in space, state by state.
+#include "sim/dynamics/kinematics.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/start/make_system.h"
 #include "sim/time/newton_matrix.h"
+#include "sim/time/sample_state.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -34,6 +36,31 @@ VecX random_state(const System& system, std::mt19937& random, double falls = 0.0
   return y;
 }
 
+// A sample by the plane against the same by the equations in space.
+void compare_samples(System& planar, System& spatial, const VecX& y) {
+  if (!has_plane_samples(planar)) return;
+  const Energy a = place_plane_sample(planar, 0.3, y.data()), b = place_space_sample(spatial, 0.3, y.data());
+  const double size = 1e-10 * (1.0 + b.kinetic + b.strain + std::abs(b.potential));
+  EXPECT_NEAR(a.kinetic, b.kinetic, size);
+  EXPECT_NEAR(a.strain, b.strain, size);
+  EXPECT_NEAR(a.potential, b.potential, size);
+  const double speed = spatial.work.w.cwiseAbs().maxCoeff();
+  EXPECT_LE((planar.work.q - spatial.work.q).cwiseAbs().maxCoeff(), 1e-11 * planar.model.size);
+  EXPECT_LE((planar.work.w - spatial.work.w).cwiseAbs().maxCoeff(), 1e-10 * speed);
+  for (size_t i = 0; i < planar.model.parts.size(); ++i) {
+    const PartWork &p = planar.work.parts[i], &s = spatial.work.parts[i];
+    EXPECT_LE((p.world.p - s.world.p).norm(), 1e-11 * planar.model.size) << planar.model.parts[i].name;
+    EXPECT_LE((p.world.R - s.world.R).norm(), 1e-11) << planar.model.parts[i].name;
+    EXPECT_LE((p.V - s.V).norm(), 1e-10 * speed * (1.0 + planar.model.size)) << planar.model.parts[i].name;
+  }
+  for (const Cluster& c : planar.model.clusters)
+    for (const int f : c.frames) {
+      const Pose a_frame = frame_world(planar.model, planar.work, f), b_frame = frame_world(spatial.model, spatial.work, f);
+      EXPECT_LE((a_frame.p - b_frame.p).norm(), 1e-11 * planar.model.size) << planar.model.frames[f].name;
+      EXPECT_LE((a_frame.R - b_frame.R).norm(), 1e-11) << planar.model.frames[f].name;
+    }
+}
+
 void compare(const std::string& text, double falls = 0.0) {
   System planar = system_of(text), spatial = system_of(text);
   ASSERT_NE(planar.plane, nullptr);
@@ -49,6 +76,7 @@ void compare(const std::string& text, double falls = 0.0) {
     EXPECT_LE((a - b).head(rates).cwiseAbs().maxCoeff(), 1e-9 * (1.0 + b.head(rates).cwiseAbs().maxCoeff()));
     EXPECT_LE((a - b).tail(y.size() - rates).cwiseAbs().maxCoeff(), 1e-8 * (1.0 + b.tail(y.size() - rates).cwiseAbs().maxCoeff()));
     EXPECT_GT(b.tail(y.size() - rates).cwiseAbs().maxCoeff(), 1e-3);
+    compare_samples(planar, spatial, y);
   }
 }
 

@@ -1,0 +1,22 @@
+// The state at a sample of a run, as outputs read it: for less than an evaluation, in a scene that moves in a plane.
+#pragma once
+
+#include "sim/dynamics/dynamics.h"
+#include "sim/time/system.h"
+
+namespace flexframe::sim {
+
+// Whether energies, poses and twists of a sample can be had from the scene's plane: it has one, gravity lies in it and nothing touches.
+bool has_plane_samples(const System& system);
+
+// Brings the work in space to (t, y) by the scene's plane: coordinates and rates, every loop closed; what place_in_space (plane_work.h)
+// has, and the frames of springs. Inertias and accelerations are not made. Returns the energies of the system.
+Energy place_plane_sample(System& system, double t, const double* y);
+
+// The same by the equations in space: set_state, and the frames of springs, so that energies know them.
+Energy place_space_sample(System& system, double t, const double* y);
+
+// Conditions of the loops that the partitions leave out, where the sample was placed last: throws as require_closed (closure.h).
+void require_sample_closed(System& system, bool in_plane);
+
+}  // namespace flexframe::sim
