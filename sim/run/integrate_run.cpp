@@ -46,6 +46,11 @@ std::vector<double> segment_ends(const Model& model, double from, double to) {
 constexpr long trial_steps = 500;
 constexpr double tight = 1.0001e-8, followed_radians = 10.0;
 
+// Without loops the joints' columns of Newton's matrix serve so many steps: a fifth of the evaluations less for the same error (pendulum,
+// flexible arm, solid pendulum). In loops what is left over in lengths would move the whole (slider-crank whose rods stretch: three times
+// the error of its slider with columns of two steps).
+constexpr int joints_last = 4;
+
 // A method that turns out wrong: with so many steps to go others are tried for `trial_length` steps, and one that goes so many times as far
 // an evaluation is taken.
 constexpr double long_run = 20000, worth_changing = 5.0;
@@ -121,6 +126,8 @@ class MotionRun {
   const double start = cpu_seconds();
   SolverStatistics out;
   OdeProblem problem;
+  int joints_age = 0;  // steps since the joints' columns of Newton's matrix were made; 0: none are
+
   // What work was last brought to, for as long as nothing else has moved it.
   struct {
     bool valid = false;
@@ -212,7 +219,9 @@ void MotionRun::define_jacobians() {
       const bool here = work_is_at(state);
       at_work.valid = false;
       // A stage starts from the beginning of its step: its time is that of the rates.
-      update_newton_matrix(system, here ? at_work.t : t, state, here ? at_work.dy.data() : nullptr, fresh, into);
+      const bool keep = system.model.loops.empty() && joints_age > 0 && joints_age < joints_last;
+      update_newton_matrix(system, here ? at_work.t : t, state, here ? at_work.dy.data() : nullptr, {fresh, keep}, into);
+      joints_age = fresh || !keep ? 1 : joints_age + 1;
     };
   problem.closed_derivatives = [this](double t, const double* state, MechanicalJacobian& into) {
     if (!work_is_at(state)) {
@@ -246,6 +255,7 @@ void MotionRun::begin(double t) {
   problem.sharp_jacobian = std::any_of(system.friction.points.begin(), system.friction.points.end(),
                                        [](const FrictionPoint& p) { return p.phase == FrictionPhase::slip; });
   touched = find_touched(system, t, y);
+  joints_age = 0;
   integrator = std::make_unique<Integrator>(problem, method, t, y);
   watch.begin(system, t, y);
   begun = t;
@@ -254,6 +264,7 @@ void MotionRun::begin(double t) {
 }
 
 void MotionRun::restart(double t) {
+  joints_age = 0;
   integrator->restart(t, y);
   begun = t;
   steps_here = 0;

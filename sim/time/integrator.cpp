@@ -202,6 +202,7 @@ struct Integrator::Memory {
     VecX y, rate, kept;
   };
   std::array<Recent, 8> recent;
+  VecX made_at;  // the state that Newton's matrix was made for last; empty: none
   long requests = 0;
   bool beginning_only = false, at_beginning = true;  // stages' rates are never asked for again: remember those of the step's beginning only
 
@@ -301,14 +302,19 @@ struct IntegratorCallbacks {
                            N_Vector, N_Vector, N_Vector) {
     M* m = static_cast<M*>(user);
     MechanicalSolver& solver = *static_cast<MechanicalSolver*>(m->linear->content);
+    solver.gamma = gamma;
+    *renewed = still_good ? SUNFALSE : SUNTRUE;
+    // A step that is tried again, shorter, begins where it did.
+    const bool there = m->made_at.size() == m->problem.size && std::equal(data(y), data(y) + m->problem.size, m->made_at.data());
+    if (still_good && there) return 0;
+    m->made_at.resize(0);
     try {
       m->problem.jacobian(t, data(y), !still_good, solver.jacobian);
     } catch (const SimulationError& error) {
       m->complaint = error.what();
       return 1;
     }
-    solver.gamma = gamma;
-    *renewed = still_good ? SUNFALSE : SUNTRUE;
+    m->made_at = Eigen::Map<const VecX>(data(y), m->problem.size);
     return 0;
   }
   // Parameters: those of SUNDIALS.
@@ -473,6 +479,7 @@ void Integrator::restart(double t0, const VecX& y0) {
   Memory& m = *memory_;
   m.before = statistics();
   for (auto& r : m.recent) r.used = 0;
+  m.made_at.resize(0);
   m.state = y0;
   m.time = m.previous = t0;
   if (m.exponential) {

@@ -261,10 +261,10 @@ bool few_joints(const std::vector<Direction>& all) { return joint_count(all) <= 
 
 bool matrix_is_cheap(const System& system) { return closed_form(system) && few_joints(directions(system)); }
 
-void update_newton_matrix(System& system, double t, const double* y, const double* rates, bool fresh, MechanicalJacobian& out) {
+void update_newton_matrix(System& system, double t, const double* y, const double* rates, const Renewal& renewal, MechanicalJacobian& out) {
   const std::vector<Direction> all = directions(system);
   const int nw = static_cast<int>(all.size()), size = state_size(system);
-  fresh = fresh || out.A.rows() != nw;
+  const bool fresh = renewal.fresh || out.A.rows() != nw;
   const bool known = closed_form(system), cheap = known && few_joints(all);
 
   // Coordinates first: differences move work.
@@ -284,7 +284,7 @@ void update_newton_matrix(System& system, double t, const double* y, const doubl
     out.pieces.clear();
     if (known) update_closed_columns(system, all, out);
   }
-  if (!fresh && !cheap) return;
+  if (!fresh && (!cheap || renewal.keep_joints)) return;
 
   // Differences, a hundred-millionth of the size of the component so far: rounding and truncation balance.
   difference_columns(system, {t, y, base_rate, all, 1.5e-8, known}, out.A, out.B);

@@ -14,9 +14,14 @@
 
 namespace flexframe::sim {
 
-// Brings `out` to the state (t, y). rates: those of the state and `work` at it, or null where it is to be evaluated. fresh: difference
-// anew; else what was differenced stays, unless it is cheap, and what is known in closed form is renewed. `out` empty: fresh.
-void update_newton_matrix(System& system, double t, const double* y, const double* rates, bool fresh, MechanicalJacobian& out);
+// What is made anew. fresh: differences too; else those only that are cheap, and what is known in closed form. keep_joints: not even
+// the cheap ones.
+struct Renewal {
+  bool fresh = true, keep_joints = false;
+};
+
+// Brings `out` to the state (t, y). rates: those of the state and `work` at it, or null where it is to be evaluated. `out` empty: fresh.
+void update_newton_matrix(System& system, double t, const double* y, const double* rates, const Renewal& renewal, MechanicalJacobian& out);
 
 // T, P and of A and B only what is known in closed form at y, the state that was evaluated last; the rest of them is zero.
 void update_closed_matrix(System& system, const double* y, MechanicalJacobian& out);

@@ -318,7 +318,7 @@ TEST(NewtonMatrix, IsTheDerivative) {
     system.weights.begin(system, Method::dirk, y);
     state_rate(system, 0.0, y.data(), rate.data());
     MechanicalJacobian j;
-    update_newton_matrix(system, 0.0, y.data(), nullptr, true, j);
+    update_newton_matrix(system, 0.0, y.data(), nullptr, {}, j);
     const int nq = system.model.nq, nw = static_cast<int>(j.A.rows());
     const MatX P = j.P.dense(), T = j.T.dense();
     // What pieces of mass and stiffness stand for: columns of A are -M^-1 K, of B -M^-1 D.
