@@ -1,6 +1,19 @@
 #include "sim/base/columns.h"
 
+#include "sim/base/wide.h"
+
 namespace flexframe::sim {
+
+namespace {
+
+using Four [[gnu::vector_size(32)]] = double;
+struct [[gnu::packed, gnu::may_alias]] AnyFour {
+  Four v;
+};
+FLEXFRAME_INLINE AnyFour& four(double* p) { return *reinterpret_cast<AnyFour*>(p); }
+FLEXFRAME_INLINE const AnyFour& four(const double* p) { return *reinterpret_cast<const AnyFour*>(p); }
+
+}  // namespace
 
 void set_negative_to_parent(const Pose& a, const Mat6X& B, Mat6X& C) {
   for (Eigen::Index k = 0; k < B.cols(); ++k) C.col(k) = -to_parent(a, B.col(k));
@@ -23,12 +36,26 @@ void wrenches_to_parent(const PlanePose& a, MatX3& F, Eigen::Index n) {
   }
 }
 
-void add_symmetric(const Mat6X& A, const Mat6X& B, MatX& M, Eigen::Index at) {
-  const Eigen::Index n = A.cols();
-  for (Eigen::Index k = 0; k < n; ++k) {
-    const Vec6 a = A.col(k), b = B.col(k);
-    for (Eigen::Index i = k; i < n; ++i) M(at + i, at + k) += A.col(i).dot(b) + B.col(i).dot(a);
+namespace {
+
+// Lower half of M += A^T B + B^T A with A, B of six rows, n columns.
+FLEXFRAME_WIDE
+void wide_add_symmetric(const double* A, const double* B, int n, double* M, std::ptrdiff_t stride) {
+  for (int k = 0; k < n; ++k) {
+    const double *const a = A + 6 * k, *const b = B + 6 * k;
+    double* const m = M + k * stride;
+    for (int i = k; i < n; ++i) {
+      const double *const x = A + 6 * i, *const y = B + 6 * i;
+      const Four s = four(x).v * four(b).v + four(y).v * four(a).v;
+      m[i] += ((s[0] + s[2]) + (s[1] + s[3])) + ((x[4] * b[4] + x[5] * b[5]) + (y[4] * a[4] + y[5] * a[5]));
+    }
   }
+}
+
+}  // namespace
+
+void add_symmetric(const Mat6X& A, const Mat6X& B, MatX& M, Eigen::Index at) {
+  wide_add_symmetric(A.data(), B.data(), static_cast<int>(A.cols()), &M(at, at), M.rows());
 }
 void set_outer(const Mat6X& F, Eigen::Index n, const Mat6X& G, MatX& M, Eigen::Index row, Eigen::Index col) {
   for (Eigen::Index k = 0; k < n; ++k) {
@@ -43,32 +70,109 @@ void add_outer(const Mat6X& F, Eigen::Index n, const Mat6X& G, MatX& M, Eigen::I
   }
 }
 
+namespace {
+
+// Y = Y L^-T of as many fours of rows, n columns; then product += Y Y^T, its first Rows rows.
+template <int Rows, int Fours>
+FLEXFRAME_INLINE void halve(const double* L, int n, double* Y, double* product) {
+  constexpr int height = 4 * Fours;
+  const std::ptrdiff_t stride = n;
+  Four sum[Rows][Fours] = {};
+  for (int j = 0; j < n; ++j) {
+    Four y[Fours];
+    for (int b = 0; b < Fours; ++b) y[b] = four(Y + height * j + 4 * b).v;
+    const double* l = L + j;
+    for (int k = 0; k < j; ++k, l += stride)
+      for (int b = 0; b < Fours; ++b) y[b] -= *l * four(Y + height * k + 4 * b).v;
+    const double inverse = 1.0 / *l;
+    for (int b = 0; b < Fours; ++b) four(Y + height * j + 4 * b).v = y[b] *= inverse;
+    for (int r = 0; r < Rows; ++r)
+      for (int b = 0; b < Fours; ++b) sum[r][b] += Y[height * j + r] * y[b];
+  }
+  for (int r = 0; r < Rows; ++r)
+    for (int b = 0; b < Fours; ++b) four(product + height * r + 4 * b).v = sum[r][b];
+}
+FLEXFRAME_WIDE void halve_six(const double* L, int n, double* Y, double* product) { halve<6, 2>(L, n, Y, product); }
+FLEXFRAME_WIDE void halve_three(const double* L, int n, double* Y, double* product) { halve<3, 1>(L, n, Y, product); }
+
+}  // namespace
+
+// U (L L^T)^-1 [U^T h] = Y_U [Y_U^T Y_h] with Y = [U; h^T] L^-T.
 void reduce_inertia(const MatX& L, const Mat6X& U, const VecX& h, MatX& work, Mat6& I, Vec6& p) {
-  work = U.transpose();
-  for (Eigen::Index r = 0; r < 6; ++r) solve(L, work.col(r).data());
-  I.noalias() -= U.lazyProduct(work);
-  for (Eigen::Index r = 0; r < 6; ++r) p[r] += work.col(r).dot(h);
+  const Eigen::Index n = U.cols();
+  work.resize(8, n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    std::copy_n(U.data() + 6 * k, 6, work.data() + 8 * k);
+    work(6, k) = h[k];
+    work(7, k) = 0.0;
+  }
+  double product[6 * 8];
+  halve_six(L.data(), static_cast<int>(n), work.data(), product);
+  for (Eigen::Index r = 0; r < 6; ++r) {
+    for (Eigen::Index s = 0; s < 6; ++s) I(s, r) -= product[8 * r + s];
+    p[r] += product[8 * r + 6];
+  }
 }
 void reduce_inertia(const MatX& L, const MatX3& U, const VecX& h, MatX& work, Mat3& I, Vec3& p) {
-  work = U;
-  for (Eigen::Index r = 0; r < 3; ++r) solve(L, work.col(r).data());
-  I.noalias() -= U.transpose().lazyProduct(work);
-  p += Vec3(work.col(0).dot(h), work.col(1).dot(h), work.col(2).dot(h));
+  const Eigen::Index n = U.rows();
+  work.resize(4, n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    for (Eigen::Index r = 0; r < 3; ++r) work(r, k) = U(k, r);
+    work(3, k) = h[k];
+  }
+  double product[3 * 4];
+  halve_three(L.data(), static_cast<int>(n), work.data(), product);
+  for (Eigen::Index r = 0; r < 3; ++r) {
+    for (Eigen::Index s = 0; s < 3; ++s) I(s, r) -= product[4 * r + s];
+    p[r] += product[4 * r + 3];
+  }
 }
 
+namespace {
+
+// R M R^T of the block of a 6 x 6 matrix that begins at m; p x M, column by column. Three by three, as rows of columns.
+FLEXFRAME_INLINE void turn_block(const double* R, const double* m, double* out) {
+  double left[9];
+  for (int c = 0; c < 3; ++c)
+    for (int r = 0; r < 3; ++r) left[3 * c + r] = R[r] * m[6 * c] + R[3 + r] * m[6 * c + 1] + R[6 + r] * m[6 * c + 2];
+  for (int c = 0; c < 3; ++c)
+    for (int r = 0; r < 3; ++r) out[3 * c + r] = left[r] * R[c] + left[3 + r] * R[3 + c] + left[6 + r] * R[6 + c];
+}
+FLEXFRAME_INLINE void cross_columns(const double* p, const double* m, double* out) {
+  for (int c = 0; c < 3; ++c, m += 3, out += 3) {
+    out[0] = p[1] * m[2] - p[2] * m[1];
+    out[1] = p[2] * m[0] - p[0] * m[2];
+    out[2] = p[0] * m[1] - p[1] * m[0];
+  }
+}
+
+// X = [R^T, -R^T S; 0, R^T] with S = skew(p), I = [A B; B^T C]: A' = R A R^T, B' = R B R^T - A' S, C' = R C R^T + S B' - (R B R^T)^T S.
+FLEXFRAME_WIDE
+void wide_inertia_at_parent(const Pose& a, const double* I, double* out) {
+  const double *const R = a.R.data(), *const p = a.p.data();
+  double A[9], B[9], C[9], SA[9], SB0[9], SB[9];
+  turn_block(R, I, A);
+  turn_block(R, I + 18, B);
+  turn_block(R, I + 21, C);
+  cross_columns(p, A, SA);
+  cross_columns(p, B, SB0);
+  // A' is symmetric: A' S = -(S A')^T.
+  for (int c = 0; c < 3; ++c)
+    for (int r = 0; r < 3; ++r) B[3 * c + r] += SA[3 * r + c];
+  cross_columns(p, B, SB);
+  for (int c = 0; c < 3; ++c)
+    for (int r = 0; r < 3; ++r) {
+      out[6 * c + r] = A[3 * c + r];
+      out[6 * (c + 3) + r] = out[6 * r + c + 3] = B[3 * c + r];
+      out[6 * (c + 3) + r + 3] = C[3 * c + r] + SB[3 * c + r] + SB0[3 * r + c];
+    }
+}
+
+}  // namespace
+
 Mat6 inertia_at_parent(const Pose& a, const Mat6& I) {
-  // X = [R^T, -R^T S; 0, R^T] with S = skew(p), I = [A B; B^T C]: A' = R A R^T, B' = R B R^T - A' S, C' = R C R^T + S B' - (R B R^T)^T S.
-  const auto turned = [&](const Mat3& block) {
-    const Mat3 left = a.R.lazyProduct(block);
-    return Mat3(left.lazyProduct(a.R.transpose()));
-  };
-  const Mat3 S = skew(a.p), A = turned(I.topLeftCorner<3, 3>()), B0 = turned(I.topRightCorner<3, 3>());
-  const Mat3 B = B0 - A.lazyProduct(S);
   Mat6 out;
-  out.topLeftCorner<3, 3>() = A;
-  out.topRightCorner<3, 3>() = B;
-  out.bottomLeftCorner<3, 3>() = B.transpose();
-  out.bottomRightCorner<3, 3>() = turned(I.bottomRightCorner<3, 3>()) + S.lazyProduct(B) - B0.transpose().lazyProduct(S);
+  wide_inertia_at_parent(a, I.data(), out.data());
   return out;
 }
 

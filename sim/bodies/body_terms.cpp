@@ -1,6 +1,7 @@
 #include "sim/bodies/body_terms.h"
 
 #include "sim/base/columns.h"
+#include "sim/base/wide.h"
 #include "sim/bodies/axis_mass.h"
 
 namespace flexframe::sim {
@@ -62,9 +63,15 @@ Vec3 momentum(const MatX3& Mre, const VecX& qd) { return {Mre.col(0).dot(qd), Mr
 
 // -Ct (v x w) - 1/2 w^T J1 w, and the rate of the tensor's first order.
 Vec6 centrifugal(const FlexibleBody& body, const Vec3& v, const Vec3& w, const Vec6& weight, const VecX& qd, BodyTerms& out) {
-  out.ce.noalias() = -(out.Mre.topRows<3>().transpose() * v.cross(w));
-  out.ce.noalias() -= body.J1.transpose() * weight;
-  return combine(body.J1, qd);
+  const Vec3 a = v.cross(w);
+  const double *m = out.Mre.data(), *J = body.J1.data();
+  Vec6 Jdot = Vec6::Zero();
+  for (Eigen::Index k = 0; k < qd.size(); ++k, m += 6, J += 6) {
+    const Eigen::Map<const Vec6> J1(J);
+    out.ce[k] = -(m[0] * a[0] + m[1] * a[1] + m[2] * a[2]) - J1.dot(weight);
+    Jdot += J1 * qd[k];
+  }
+  return Jdot;
 }
 Tensor centrifugal(const PlaneBody& body, const Vec2& v, double w, const Tensor& weight, const VecX& qd, PlaneTerms& out) {
   const Vec2 a = cross(v, w);
@@ -75,8 +82,9 @@ Tensor centrifugal(const PlaneBody& body, const Vec2& v, double w, const Tensor&
 // ce += w_a (Cr1_a - Cr1_a^T) qd; out.work is Cr1_a qd.
 void add_gyroscopic(const FlexibleBody& body, int a, double w, const VecX& qd, BodyTerms& out) {
   if (w == 0.0) return;
-  out.work2.noalias() = body.Cr1[a].transpose() * qd;
-  out.ce += w * (out.work - out.work2);
+  const double* column = body.Cr1[a].data();
+  const Eigen::Index n = qd.size();
+  for (Eigen::Index k = 0; k < n; ++k, column += n) out.ce[k] += w * (out.work[k] - Eigen::Map<const VecX>(column, n).dot(qd));
 }
 void add_gyroscopic(const PlaneBody& body, int, double w, const VecX& qd, PlaneTerms& out) {
   if (body.Cr1_difference.size() == 0) return;
@@ -92,7 +100,7 @@ void reserve_terms(const Body& body, TermsIn<S>& out) {
 }
 
 template <class S, class Body>
-void mass(const Body& body, const VecX& q, TermsIn<S>& out) {
+FLEXFRAME_INLINE void mass(const Body& body, const VecX& q, TermsIn<S>& out) {
   // First moment and its derivative Ct.
   typename S::Linear md = body.md0;
   auto J = body.J0;
@@ -120,7 +128,7 @@ void mass(const Body& body, const VecX& q, TermsIn<S>& out) {
 }
 
 template <class S, class Body>
-void velocity_terms(const Body& body, const typename S::Twist& V, const VecX& qd, TermsIn<S>& out) {
+FLEXFRAME_INLINE void velocity_terms(const Body& body, const typename S::Twist& V, const VecX& qd, TermsIn<S>& out) {
   const typename S::Linear v = linear(V);
   const typename S::Angular w = angular(V);
   typename S::Twist P = out.Mrr * V;  // momenta
@@ -157,6 +165,15 @@ void velocity_terms(const Body& body, const typename S::Twist& V, const VecX& qd
                   cross(w, angular(P)) + cross(v, p) + cross(mdd, v) + times(Jdot, w) + as_angular(Crdot_qd));
 }
 
+FLEXFRAME_WIDE void wide_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out) { mass(body, q, out); }
+FLEXFRAME_WIDE void wide_mass(const PlaneBody& body, const VecX& q, PlaneTerms& out) { mass(body, q, out); }
+FLEXFRAME_WIDE void wide_velocity_terms(const FlexibleBody& body, const Vec6& V, const VecX& qd, BodyTerms& out) {
+  velocity_terms(body, V, qd, out);
+}
+FLEXFRAME_WIDE void wide_velocity_terms(const PlaneBody& body, const Vec3& V, const VecX& qd, PlaneTerms& out) {
+  velocity_terms(body, V, qd, out);
+}
+
 template <class S, class Body>
 void structural_force(const Body& body, const VecX& q, const VecX& qd, VecX& out) {
   if (body.stiffness.size() > 0) out = body.stiffness.cwiseProduct(q);
@@ -169,26 +186,28 @@ void structural_force(const Body& body, const VecX& q, const VecX& qd, VecX& out
 
 void reserve(const FlexibleBody& body, BodyTerms& out) {
   out.Mre = Mat6X::Zero(6, body.n);
+  if (body.n == 0) wide_mass(body, VecX(), out);
   if (!has_axis_mass(body)) return reserve_terms(body, out);
   out.ce = out.work = out.work2 = VecX::Zero(body.n);
   reserve_axis_mass(body, out);
 }
 void reserve(const PlaneBody& body, PlaneTerms& out) {
   out.Mre = MatX3::Zero(body.n, 3);
+  if (body.n == 0) wide_mass(body, VecX(), out);
   reserve_terms(body, out);
 }
 
 void update_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out, bool elastic) {
   if (has_axis_mass(body)) update_axis_mass(body, q, out, elastic);
-  else mass(body, q, out);
+  else wide_mass(body, q, out);
 }
-void update_mass(const PlaneBody& body, const VecX& q, PlaneTerms& out, bool) { mass(body, q, out); }
+void update_mass(const PlaneBody& body, const VecX& q, PlaneTerms& out, bool) { wide_mass(body, q, out); }
 
 void update_velocity_terms(const FlexibleBody& body, const Vec6& V, const VecX& qd, BodyTerms& out) {
   if (has_axis_mass(body)) update_axis_velocity_terms(body, V, qd, out);
-  else velocity_terms(body, V, qd, out);
+  else wide_velocity_terms(body, V, qd, out);
 }
-void update_velocity_terms(const PlaneBody& body, const Vec3& V, const VecX& qd, PlaneTerms& out) { velocity_terms(body, V, qd, out); }
+void update_velocity_terms(const PlaneBody& body, const Vec3& V, const VecX& qd, PlaneTerms& out) { wide_velocity_terms(body, V, qd, out); }
 
 void elastic_force(const FlexibleBody& body, const VecX& q, const VecX& qd, VecX& out) { structural_force<Space>(body, q, qd, out); }
 void elastic_force(const PlaneBody& body, const VecX& q, const VecX& qd, VecX& out) { structural_force<Plane>(body, q, qd, out); }

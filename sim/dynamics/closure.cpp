@@ -548,15 +548,22 @@ const std::vector<JointInBase<typename W::In>>& joints_in_base(const Model& mode
   return joints;
 }
 
-// project_wrench of a wrench F on a frame that is given about the base frame's origin in its axes, by joints_in_base.
+// project_wrench of a wrench F on a frame that is given about the base frame's origin in its axes, by joints_in_base; and the pose of that
+// frame there.
 template <class S>
 struct FromBase {
   const std::vector<JointInBase<S>>& joints;
   int cluster;
   bool elastic;
 };
+template <class S>
+struct LoadInBase {
+  int frame;
+  typename S::Twist F;
+  const typename S::Pose& pose;
+};
 template <class W>
-void project_from_base(const Model& model, const W& work, const std::type_identity_t<WrenchAt<W>>& load, const FromBase<typename W::In>& by,
+void project_from_base(const Model& model, const W& work, const LoadInBase<typename W::In>& load, const FromBase<typename W::In>& by,
                        VecX& out) {
   int at = load.frame, i = model.frames[at].part;
   if (i == ground) return;
@@ -568,7 +575,7 @@ void project_from_base(const Model& model, const W& work, const std::type_identi
     if (by.elastic && part.body.n > 0) {
       const auto &f = work.frames[at], &o = work.frames[part.joint.outboard];
       double* const e = out.data() + (part.ev0 - v0);
-      if (f.flexible) add_dots(f.B, wrench_to_child(compose(work.parts[i].in_base, f.pose), load.F), e);
+      if (f.flexible) add_dots(f.B, wrench_to_child(at == load.frame ? load.pose : compose(work.parts[i].in_base, f.pose), load.F), e);
       if (o.flexible) subtract_dots(o.B, wrench_to_child(joint.outboard, load.F), e);
     }
     at = part.joint.inboard;
@@ -604,8 +611,8 @@ void factorise_closure(const Model& model, int cluster, W& work, const LoopPoses
         // What acts on b acts on a the other way.
         const Twist force = wrench_to_parent(at.at.b, unit_wrenches<W>(closure, at.at.relative).on_b);
         cw.line.setZero();
-        project_from_base(model, work, {at.loop.b, force}, by, cw.line);
-        project_from_base(model, work, {at.loop.a, -force}, by, cw.line);
+        project_from_base(model, work, {at.loop.b, force, at.at.b}, by, cw.line);
+        project_from_base(model, work, {at.loop.a, -force, at.at.a}, by, cw.line);
         take_line(row);
       },
       [&](int row, const CouplingRow& coupling) {
@@ -659,14 +666,12 @@ double driven_rate(const Model& model, const W& work, int cluster, int frame, ty
 // The same of a wrench that is given about the base frame's origin in its axes.
 template <class W>
 double driven_rate_from_base(const Model& model, const W& work, int cluster, const std::type_identity_t<WrenchAt<W>>& load) {
-  using Twist = typename W::In::Twist;
   double rate = 0.0;
   for (int i = model.frames[load.frame].part; i != ground && model.parts[i].cluster == cluster; i = model.parts[i].parent) {
     const TreeJoint& joint = model.parts[i].joint;
     if (joint.motion < 0) continue;
     const auto& p = work.parts[i];
-    rate += to_parent(compose(p.in_base, work.frames[joint.outboard].pose), Twist(p.joint.S.col(0))).dot(load.F) *
-            work.motion[joint.motion].rate;
+    rate += to_parent(p.in_base, p.driven).dot(load.F) * work.motion[joint.motion].rate;
   }
   return rate;
 }
@@ -847,7 +852,7 @@ void close_rates(const Model& model, int cluster, W& work, bool for_acceleration
   cw.ind_rate.resize(ni);
   for (int k = 0; k < ni; ++k) cw.ind_rate[k] = work.w[c.v0 + part.ind[k]];
   const VecX& ind = cw.ind_rate;
-  cw.step.noalias() = cw.E * ind;
+  multiply_into(cw.E, ind, cw.step);
   VecX& dep = cw.step;
   bool prescribed = cw.carried > 0;
   for (int i : c.parts) prescribed = prescribed || model.parts[i].joint.motion >= 0;

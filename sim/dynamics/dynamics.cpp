@@ -2,6 +2,7 @@
 
 #include "sim/base/eigen_solvers.h"
 #include "sim/base/small_matrices.h"
+#include "sim/base/wide.h"
 #include "sim/dynamics/closure.h"
 #include "sim/dynamics/flexures.h"
 #include "sim/dynamics/kinematics.h"
@@ -17,31 +18,16 @@
 namespace flexframe::sim {
 namespace {
 
-// Per part whether something hangs on it that adds to its elastic mass, and whether any coordinate moves it (its own, its joint's or one
-// before: else it rests or follows prescribed motions, and nothing asks for what it carries).
-struct Carrying {
-  std::vector<char> elastic, moves;
-  bool driven = false;  // some joint follows a prescribed motion
-};
-void find_carrying(const Model& model, Carrying& out) {
-  out.elastic.assign(model.parts.size(), 0);
-  out.moves.assign(model.parts.size(), 0);
-  out.driven = false;
-  for (size_t i = 0; i < model.parts.size(); ++i) {
-    const Part& part = model.parts[i];
-    out.moves[i] = part.joint.nv + part.body.n > 0 || (part.parent != ground && out.moves[part.parent]);
-    if (part.parent != ground && model.parts[part.parent].body.n > 0) out.elastic[part.parent] = 1;
-    out.driven = out.driven || part.joint.motion >= 0;
-  }
-}
-
 // Whether a cluster stands on ground: nothing asks what it weighs there, and gravity acts on its parts themselves instead of through its
 // base.
 bool stands_on_ground(const Model& model, int cluster) { return model.clusters[cluster].parent == ground; }
 
+// Whether a cluster's equation is a number: that of a link (Carrying) which moves.
+bool is_link(const Carrying& carries, int cluster, const ClusterWork& cw) { return carries.link[cluster] && cw.partition.ind.size() == 1; }
+
 // A0 of a part, with gravity where its cluster stands on ground.
 template <class W>
-typename W::In::Twist falling(const Model& model, const W& work, int part) {
+FLEXFRAME_INLINE typename W::In::Twist falling(const Model& model, const W& work, int part) {
   using S = typename W::In;
   typename S::Twist A = work.parts[part].A0;
   if (stands_on_ground(model, model.parts[part].cluster))
@@ -51,7 +37,7 @@ typename W::In::Twist falling(const Model& model, const W& work, int part) {
 
 // Own inertia, velocity terms and applied loads of every part; child clusters and parts are added on the way down.
 template <class W>
-void start_composites(const Model& model, const Carrying& carries, W& work) {
+FLEXFRAME_INLINE void start_composites(const Model& model, W& work) {
   for (size_t at = 0; at < model.parts.size(); ++at) {
     const int i = static_cast<int>(at);
     auto& p = work.parts[at];
@@ -64,21 +50,25 @@ void start_composites(const Model& model, const Carrying& carries, W& work) {
     if (body.n > 0) {
       elastic_force(elastic_body(model, work, i), p.q, p.qd, p.elastic);
       p.Mre = p.terms.Mre;
-      if (carries.elastic[at]) {
+      if (work.carrying.elastic[at]) {
         const MatX& own = elastic_mass(body, p.terms);
         std::copy_n(own.data(), own.size(), p.Mee.data());
       }
       p.fe = p.terms.ce + p.elastic - p.load_e;
       add_transposed(p.terms.Mre, A0, p.fe);
     }
-    joint_forces(model.parts[at], work.joints[at], work.q, work.w, p.tau);
+    const TreeJoint& j = model.parts[at].joint;
+    if (j.spring || j.stop || work.joints[at].friction.size() > 0) joint_forces(model.parts[at], work.joints[at], work.q, work.w, p.tau);
+    else if (j.nv == 1) p.tau[0] = 0.0;
+    else p.tau.setZero();
   }
   add_flexure_moments(model, work);
 }
 
 // Adds the inertia I and the force f, both at a frame (frame axes), to the composite of the frame's part.
 template <class S>
-void add_at_frame(const FrameMotion<S>& frame, const typename S::Inertia& I, const typename S::Twist& f, PartMotion<S>& p) {
+FLEXFRAME_INLINE void add_at_frame(const FrameMotion<S>& frame, const typename S::Inertia& I, const typename S::Twist& f,
+                                   PartMotion<S>& p) {
   p.Mrr += inertia_at_parent(frame.pose, I);
   p.fr += wrench_to_parent(frame.pose, f);
   if (p.q.size() == 0 || !frame.flexible) return;
@@ -93,9 +83,17 @@ void add_at_frame(const FrameMotion<S>& frame, const typename S::Inertia& I, con
   add_dots(frame.B, f, p.fe.data());
 }
 
+// Adds the composite of a part to that of the one on whose rigid frame it hangs.
+template <class S>
+FLEXFRAME_INLINE void add_rigidly(const PartMotion<S>& part, PartMotion<S>& carrier) {
+  carrier.Mrr += inertia_at_parent(part.in_carrier, part.Mrr);
+  carrier.fr += wrench_to_parent(part.in_carrier, part.fr);
+}
+
 // The block of M of a part's own coordinates, their bias, and their wrenches on the part: Fj, Fe.
 template <class S>
-void own_block(const Part& part, const Cluster& c, const FrameMotion<S>& o, const MatX& Mee, PartMotion<S>& p, ClusterWork& cw) {
+FLEXFRAME_INLINE void own_block(const Part& part, const Cluster& c, const FrameMotion<S>& o, const MatX& Mee, PartMotion<S>& p,
+                                ClusterWork& cw) {
   const int nj = part.joint.nv, n = part.body.n, jv = part.v0 - c.v0, ev = part.ev0 - c.v0;
   if (nj > 0) {
     set_momenta(p.Mrr, p.Hj, p.Fj);
@@ -121,29 +119,18 @@ void own_block(const Part& part, const Cluster& c, const FrameMotion<S>& o, cons
   for (int j = 0; j < nj; ++j) set_dots(p.Fe, n, column(p.Hj, j), cw.M, ev, jv + j);
 }
 
-// Which entry of the cluster a part stands at that hangs on what carries the cluster.
-size_t entry_of(const Model& model, int cluster, int part) {
-  size_t entry = 0;
-  for (int k : model.clusters[cluster].parts) {
-    if (k == part) break;
-    if (!hangs_inside(model, k)) ++entry;
-  }
-  return entry;
-}
-
 // Mass matrix (lower half) and bias of a cluster by composite bodies (Featherstone 2008 sec. 6.2, with elastic coordinates), and of one
 // that is carried its base coupling. Blocks that are never written stay zero from make_work.
 template <class W>
-void assemble_cluster(const Model& model, int cluster, const Carrying& carries, W& work) {
+FLEXFRAME_INLINE void assemble_cluster(const Model& model, int cluster, W& work) {
   using S = typename W::In;
   const Cluster& c = model.clusters[cluster];
+  const Carrying& carries = work.carrying;
   ClusterWork& cw = work.clusters[cluster];
   BaseMotion<S>& base = work.bases[cluster];
-  base.Ibb.setZero();
-  base.pb.setZero();
   const bool carried = !stands_on_ground(model, cluster);
   const bool weighs = carried && carries.moves[c.parent];
-  update_joint_twists(model, cluster, work);
+  if (weighs) base.Ibb.setZero(), base.pb.setZero();
   for (size_t at = c.parts.size(); at-- > 0;) {
     const int i = c.parts[at];
     const Part& part = model.parts[i];
@@ -157,34 +144,36 @@ void assemble_cluster(const Model& model, int cluster, const Carrying& carries, 
     typename S::Columns& F = p.F;
     place_columns(p.Fj, nj, F, 0);
     place_columns(p.Fe, n, F, nj);
-    wrenches_to_parent(p.step, F, columns);
-    const typename S::Inertia IA = inertia_at_parent(p.step, p.Mrr);
-    const typename S::Twist fA = wrench_to_parent(p.step, p.fr);
     int child = i;
     for (int a = part.parent; a != ground && model.parts[a].cluster == cluster; a = model.parts[a].parent) {
       const Part& pa = model.parts[a];
-      PartMotion<S>& pw = work.parts[a];
+      PartMotion<S>&pw = work.parts[a], &pc = work.parts[child];
       const FrameMotion<S>& f = work.frames[model.parts[child].joint.inboard];
       const int aj = pa.v0 - c.v0, ae = pa.ev0 - c.v0;
-      if (child == i && carries.moves[a]) add_at_frame(f, IA, fA, pw);
+      const bool adds = child == i && carries.moves[a];
       // Rows of M: this part's coordinates come after its ancestors'.
-      if (f.flexible) set_outer(F, columns, f.B, cw.M, jv, ae);
-      wrenches_to_parent(f.pose, F, columns);
+      if (f.flexible) {
+        if (adds) add_at_frame(f, inertia_at_parent(p.step, p.Mrr), typename S::Twist(wrench_to_parent(p.step, p.fr)), pw);
+        wrenches_to_parent(pc.step, F, columns);
+        set_outer(F, columns, f.B, cw.M, jv, ae);
+        wrenches_to_parent(f.pose, F, columns);
+      } else {
+        if (adds) add_rigidly(p, pw);
+        wrenches_to_parent(pc.in_carrier, F, columns);
+      }
       for (int j = 0; j < pa.joint.nv; ++j) set_dots(F, columns, column(pw.Hj, j), cw.M, jv, aj + j);
       if (work.frames[pa.joint.outboard].flexible) {
         if (f.flexible) add_outer(F, columns, pw.C, cw.M, jv, ae);
         else set_outer(F, columns, pw.C, cw.M, jv, ae);
       }
-      wrenches_to_parent(pw.step, F, columns);
       child = a;
     }
     if (!carried) continue;
-    const auto& in = entry_pose(model, work, cluster, entry_of(model, cluster, child));
-    wrenches_to_parent(in, F, columns);
+    wrenches_to_parent(work.parts[child].in_base, F, columns);
     place_columns(F, columns, base.Ib, jv);
     if (child != i || !weighs) continue;
-    base.Ibb += inertia_at_parent(in, IA);
-    base.pb += wrench_to_parent(in, fA);
+    base.Ibb += inertia_at_parent(p.in_base, p.Mrr);
+    base.pb += wrench_to_parent(p.in_base, p.fr);
   }
 }
 
@@ -301,7 +290,7 @@ void project_mass(const ClusterWork& cw, MatX& D) {
 
 // Forces on the independent rates, h = -N^T (r + M [0; gamma]), and of a cluster that is carried the base coupling, U = N^T Ib.
 template <class S>
-void project(ClusterWork& cw, bool carried, BaseMotion<S>& base) {
+FLEXFRAME_INLINE void project(ClusterWork& cw, bool carried, BaseMotion<S>& base) {
   const std::vector<int>&dep = cw.partition.dep, &ind = cw.partition.ind;
   const Eigen::Index nd = static_cast<Eigen::Index>(dep.size()), ni = static_cast<Eigen::Index>(ind.size());
   if (nd == 0) {
@@ -355,7 +344,7 @@ void project(ClusterWork& cw, bool carried, BaseMotion<S>& base) {
 
 // Projects on the independent rates and factorises.
 template <class W>
-void reduce_cluster(const Model& model, int cluster, W& work) {
+FLEXFRAME_INLINE void reduce_cluster(const Model& model, int cluster, W& work) {
   ClusterWork& cw = work.clusters[cluster];
   project(cw, !stands_on_ground(model, cluster), work.bases[cluster]);
   if (cw.partition.ind.empty()) return;
@@ -393,17 +382,27 @@ void update_expressions(Model& model, double t, Work& work) {
 template <class W>
 void update_positions(const Model& model, W& work, bool elastic_masses) {
   for (size_t c = 0; c < model.clusters.size(); ++c) {
-    close_positions(model, static_cast<int>(c), work);
-    update_cluster_world(model, static_cast<int>(c), work);
+    const int cluster = static_cast<int>(c);
+    // A link has nothing to close and nothing that deforms.
+    if (is_link(work.carrying, cluster, work.clusters[c])) update_cluster_chain(model, cluster, work);
+    else close_positions(model, cluster, work);
+    update_cluster_world(model, cluster, work);
   }
+  // Of rigid parts it never changes (reserve).
   for (size_t i = 0; i < model.parts.size(); ++i)
-    update_mass(kinetic_body(model, work, static_cast<int>(i)), work.parts[i].q, work.parts[i].terms, elastic_masses);
+    if (model.parts[i].body.n > 0)
+      update_mass(kinetic_body(model, work, static_cast<int>(i)), work.parts[i].q, work.parts[i].terms, elastic_masses);
 }
 
 template <class W>
 void update_velocities(const Model& model, W& work) {
-  for (ClusterWork& cw : work.clusters) cw.lock_rate.setZero();
-  for (size_t c = 0; c < model.clusters.size(); ++c) close_velocities(model, static_cast<int>(c), work);
+  for (ClusterWork& cw : work.clusters)
+    if (cw.lock_rate.size() > 0) cw.lock_rate.setZero();
+  for (size_t c = 0; c < model.clusters.size(); ++c) {
+    const int cluster = static_cast<int>(c);
+    if (is_link(work.carrying, cluster, work.clusters[c])) update_cluster_velocities(model, cluster, work);
+    else close_velocities(model, cluster, work);
+  }
 }
 
 template <class W>
@@ -416,7 +415,7 @@ namespace {
 
 // Articulated inertia and bias of the cluster at its base frame, added to the part that carries it.
 template <class W>
-void add_to_carrier(const Model& model, int cluster, W& work) {
+FLEXFRAME_INLINE void add_to_carrier(const Model& model, int cluster, W& work) {
   using S = typename W::In;
   const Cluster& c = model.clusters[cluster];
   ClusterWork& cw = work.clusters[cluster];
@@ -430,66 +429,66 @@ void add_to_carrier(const Model& model, int cluster, W& work) {
   add_at_frame(f, IA, pA, carrier);
 }
 
-// Whether a cluster is one rigid part on a joint of one rate, as the links of chains are: its equation is a number.
-bool is_link(const Model& model, int cluster, const ClusterWork& cw) {
-  const Cluster& c = model.clusters[cluster];
-  if (c.parts.size() != 1 || cw.partition.ind.size() != 1 || !cw.partition.dep.empty()) return false;
-  const Part& part = model.parts[c.parts.front()];
-  return part.body.n == 0 && part.joint.nv == 1;
-}
-
 // assemble_cluster, reduce_cluster and, where it weighs on what carries it, add_to_carrier of a link, in the axes of its part and of its
 // carrier. False where it has no inertia.
 template <class W>
-bool reduce_link(const Model& model, int cluster, bool weighs, W& work) {
+FLEXFRAME_INLINE bool reduce_link(const Model& model, int cluster, bool weighs, W& work) {
   using S = typename W::In;
   const Cluster& c = model.clusters[cluster];
   ClusterWork& cw = work.clusters[cluster];
-  const int i = c.parts.front();
-  PartMotion<S>& p = work.parts[i];
-  const typename S::Twist h = to_parent(work.frames[model.parts[i].joint.outboard].pose, typename S::Twist(p.joint.S.col(0)));
+  PartMotion<S>& p = work.parts[c.parts.front()];
+  const typename S::Twist h = column(p.Hj, 0);
   const typename S::Twist F = p.Mrr.lazyProduct(h);
   const double inertia = h.dot(F), force = p.tau[0] - h.dot(p.fr);
   if (!(inertia > 0.0)) return false;
-  cw.M(0, 0) = inertia;
+  if (cw.L.rows() != 1 || cw.inertia.size() != 1 || cw.h.size() != 1) {
+    cw.L.resize(1, 1);
+    cw.inertia.resize(1);
+    cw.h.resize(1);
+  }
+  column(p.Fj, 0) = F;
+  cw.M(0, 0) = cw.inertia[0] = inertia;
+  cw.h[0] = force;
   cw.r[0] = -force;
-  cw.inertia.setConstant(1, inertia);
-  cw.h.setConstant(1, force);
-  cw.L.setConstant(1, 1, std::sqrt(inertia));
-  if (c.parent == ground) return true;
-  BaseMotion<S>& base = work.bases[cluster];
-  const typename S::Pose in_base = compose(entry_pose(model, work, cluster, 0), p.step);
-  const FrameMotion<S>& f = work.frames[c.base];
-  PartMotion<S>& carrier = work.parts[c.parent];
-  if (count(base.U) != 1) size_columns(base.U, 1);
-  column(base.U, 0) = wrench_to_parent(in_base, F);
+  cw.L(0, 0) = std::sqrt(inertia);
   if (!weighs) return true;
   const typename S::Inertia IA = p.Mrr - F.lazyProduct((F / inertia).transpose());
   const typename S::Twist pA = p.fr + F * (force / inertia), A0 = falling(model, work, c.parent);
+  const FrameMotion<S>& f = work.frames[c.base];
+  PartMotion<S>& carrier = work.parts[c.parent];
   if (f.flexible) {
-    const typename S::Inertia at_base = inertia_at_parent(in_base, IA);
+    const typename S::Inertia at_base = inertia_at_parent(p.in_base, IA);
     const typename S::Twist A = to_child(f.pose, A0) + f.bias;
-    add_at_frame(f, at_base, typename S::Twist(wrench_to_parent(in_base, pA) + at_base.lazyProduct(A)), carrier);
+    add_at_frame(f, at_base, typename S::Twist(wrench_to_parent(p.in_base, pA) + at_base.lazyProduct(A)), carrier);
     return true;
   }
-  const typename S::Pose in_carrier = compose(f.pose, in_base);
-  const typename S::Inertia at_carrier = inertia_at_parent(in_carrier, IA);
+  const typename S::Inertia at_carrier = inertia_at_parent(p.in_carrier, IA);
   carrier.Mrr += at_carrier;
-  carrier.fr += wrench_to_parent(in_carrier, pA) + at_carrier.lazyProduct(A0);
+  carrier.fr += wrench_to_parent(p.in_carrier, pA) + at_carrier.lazyProduct(A0);
   return true;
+}
+
+// The acceleration of such a link, and with it that of its part.
+template <class W>
+FLEXFRAME_INLINE void solve_link(const Model& model, int cluster, W& work) {
+  const Cluster& c = model.clusters[cluster];
+  const ClusterWork& cw = work.clusters[cluster];
+  const int i = c.parts.front();
+  auto& p = work.parts[i];
+  using Twist = typename W::In::Twist;
+  const bool rigidly = c.parent != ground && !work.frames[c.base].flexible;
+  const Twist carried = rigidly ? Twist(to_child(p.in_carrier, work.parts[c.parent].A)) : carried_acceleration(model, work, i);
+  const double force = c.parent == ground ? cw.h[0] : cw.h[0] - carried.dot(column(p.Fj, 0));
+  work.wdot[c.v0] = force / cw.inertia[0];
+  p.A = carried + p.own + column(p.Hj, 0) * work.wdot[c.v0];
 }
 
 // Accelerations of a cluster's coordinates, once its carrier's are known.
 template <class W>
-void solve_cluster(const Model& model, int cluster, W& work) {
+FLEXFRAME_INLINE void solve_cluster(const Model& model, int cluster, W& work) {
   const Cluster& c = model.clusters[cluster];
   ClusterWork& cw = work.clusters[cluster];
   const auto& base = work.bases[cluster];
-  if (is_link(model, cluster, cw)) {
-    const double force = c.parent == ground ? cw.h[0] : cw.h[0] - column(base.U, 0).dot(base.A);
-    work.wdot[c.v0] = force / cw.L(0, 0) / cw.L(0, 0);
-    return;
-  }
   const int ni = static_cast<int>(cw.partition.ind.size()), nd = static_cast<int>(cw.partition.dep.size());
   VecX& a = cw.a;
   a = cw.h;
@@ -501,34 +500,46 @@ void solve_cluster(const Model& model, int cluster, W& work) {
   for (int k = 0; k < nd; ++k) work.wdot[c.v0 + cw.partition.dep[k]] = cw.gamma[k] + (ni > 0 ? cw.E.row(k).dot(a) : 0.0);
 }
 
+template <class W>
+FLEXFRAME_INLINE void assemble(const Model& model, int cluster, W& work) {
+  assemble_cluster(model, cluster, work);
+  reduce_cluster(model, cluster, work);
+}
+FLEXFRAME_WIDE void wide_assemble(const Model& model, int cluster, Work& work) { assemble(model, cluster, work); }
+FLEXFRAME_WIDE void wide_assemble(const Model& model, int cluster, PlaneWork& work) { assemble(model, cluster, work); }
+
 // rates_alone: as update_accelerations_alone.
 template <class W>
-void accelerate(const Model& model, W& work, bool rates_alone) {
+FLEXFRAME_INLINE void accelerate(const Model& model, W& work, bool rates_alone) {
   ++work.evaluations;
   update_loads(model, work);
-  static thread_local Carrying carries;
-  static thread_local std::vector<char> reduced;
-  find_carrying(model, carries);
-  start_composites(model, carries, work);
+  start_composites(model, work);
+  // How a cluster's accelerations are found.
+  enum class By : char { link, reduced, matrix };
+  static thread_local std::vector<By> way;
+  const Carrying& carries = work.carrying;
   const int clusters = static_cast<int>(model.clusters.size());
-  reduced.assign(model.clusters.size(), 0);
-  const auto assemble = [&](int k) {
-    assemble_cluster(model, k, carries, work);
-    reduce_cluster(model, k, work);
-  };
+  way.assign(model.clusters.size(), By::matrix);
   for (int k = clusters; k-- > 0;) {
     const int carrier = model.clusters[k].parent;
     const bool weighs = carrier != ground && carries.moves[carrier];
-    if (is_link(model, k, work.clusters[k]) && reduce_link(model, k, weighs, work)) continue;
-    reduced[k] = rates_alone && !weighs && prefers_reduced(model, k, work);
-    if (reduced[k]) continue;
-    assemble(k);
-    if (weighs) add_to_carrier(model, k, work);
+    if (is_link(carries, k, work.clusters[k]) && reduce_link(model, k, weighs, work)) {
+      way[k] = By::link;
+    } else if (rates_alone && !weighs && prefers_reduced(model, k, work)) {
+      way[k] = By::reduced;
+    } else {
+      wide_assemble(model, k, work);
+      if (weighs) add_to_carrier(model, k, work);
+    }
   }
   for (int k = 0; k < clusters; ++k) {
+    if (way[k] == By::link) {
+      solve_link(model, k, work);
+      continue;
+    }
     update_base_acceleration(model, k, work);
-    if (!reduced[k] || !solve_reduced(model, k, work)) {
-      if (reduced[k]) assemble(k);
+    if (way[k] != By::reduced || !solve_reduced(model, k, work)) {
+      if (way[k] == By::reduced) wide_assemble(model, k, work);
       solve_cluster(model, k, work);
     }
     // Of the parts themselves only the power of motions asks, and what hangs on them.
@@ -536,16 +547,19 @@ void accelerate(const Model& model, W& work, bool rates_alone) {
   }
 }
 
+FLEXFRAME_WIDE void wide_accelerate(const Model& model, Work& work, bool rates_alone) { accelerate(model, work, rates_alone); }
+FLEXFRAME_WIDE void wide_accelerate(const Model& model, PlaneWork& work, bool rates_alone) { accelerate(model, work, rates_alone); }
+
 }  // namespace
 
 template <class W>
 void update_accelerations(const Model& model, W& work) {
-  accelerate(model, work, false);
+  wide_accelerate(model, work, false);
 }
 
 template <class W>
 void update_accelerations_alone(const Model& model, W& work) {
-  accelerate(model, work, true);
+  wide_accelerate(model, work, true);
 }
 
 template <class W>

@@ -1,6 +1,7 @@
 #include "sim/dynamics/kinematics.h"
 
 #include "sim/base/small_matrices.h"
+#include "sim/base/wide.h"
 #include "sim/dynamics/signals.h"
 
 #include <cmath>
@@ -20,8 +21,30 @@ void size_part(const Part& part, PartMotion<S>& p) {
 template void size_part(const Part&, PartMotion<Space>&);
 template void size_part(const Part&, PartMotion<Plane>&);
 
+namespace {
+
+Carrying find_carrying(const Model& model) {
+  Carrying out;
+  out.elastic.assign(model.parts.size(), 0);
+  out.moves.assign(model.parts.size(), 0);
+  for (size_t i = 0; i < model.parts.size(); ++i) {
+    const Part& part = model.parts[i];
+    out.moves[i] = part.joint.nv + part.body.n > 0 || (part.parent != ground && out.moves[part.parent]);
+    if (part.parent != ground && model.parts[part.parent].body.n > 0) out.elastic[part.parent] = 1;
+    out.driven = out.driven || part.joint.motion >= 0;
+  }
+  for (const Cluster& c : model.clusters) {
+    const Part& part = model.parts[c.parts.front()];
+    out.link.push_back(c.parts.size() == 1 && !has_closure(c) && part.body.n == 0 && part.joint.nv == 1);
+  }
+  return out;
+}
+
+}  // namespace
+
 Work make_work(const Model& model) {
   Work work;
+  work.carrying = find_carrying(model);
   work.frames.resize(model.frames.size());
   work.parts.resize(model.parts.size());
   work.joints.resize(model.parts.size());
@@ -208,31 +231,38 @@ Vec2 frame_arm(const Model&, int frame, const PlaneWork& work) { return work.pla
 
 }  // namespace
 
+namespace {
+
+// V and bias of a flexible frame from its part's twist and its own rates, W.
 template <class W>
-void update_frame_velocity(const Model& model, int frame, W& work) {
+FLEXFRAME_INLINE void finish_frame_velocity(const Model& model, int frame, W& work) {
   using S = typename W::In;
   FrameMotion<S>& fw = work.frames[frame];
-  const FramePoint& f = model.frames[frame];
-  if (f.part == ground) {
-    fw.V.setZero();
-    fw.bias.setZero();
-    return;
-  }
-  const PartMotion<S>& part = work.parts[f.part];
-  fw.V = to_child(fw.pose, part.V);
-  if (!fw.flexible) {
-    fw.bias.setZero();
-    return;
-  }
-  fw.W = combine(fw.B, part.qd);
-  fw.V += fw.W;
-
+  fw.V = to_child(fw.pose, work.parts[model.frames[frame].part].V) + fw.W;
   // dB/dt qd: the displacement's second-order part and the rotation's, and the turning of the frame's axes.
   const typename S::Linear second = second_order(model, frame, work), arm = frame_arm(model, frame, work);
   const typename S::Angular alpha = turning_rate(model, frame, work), omega = angular(fw.W);
   // Linear part of B qd = R^T (node velocity) + omega x arm.
   const typename S::Linear node_rate = linear(fw.W) - cross(omega, arm);
   fw.bias = joined(turn_back(fw.pose, second) - cross(omega, node_rate) + cross(alpha, arm), alpha) - bracket(fw.W, fw.V);
+}
+
+}  // namespace
+
+template <class W>
+void update_frame_velocity(const Model& model, int frame, W& work) {
+  auto& fw = work.frames[frame];
+  const int part = model.frames[frame].part;
+  if (part == ground) {
+    fw.V.setZero();
+    fw.bias.setZero();
+  } else if (!fw.flexible) {
+    fw.V = to_child(fw.pose, work.parts[part].V);
+    fw.bias.setZero();
+  } else {
+    fw.W = combine(fw.B, work.parts[part].qd);
+    finish_frame_velocity(model, frame, work);
+  }
 }
 
 template <class W>
@@ -245,8 +275,10 @@ void update_cluster_frames(const Model& model, int cluster, W& work) {
   for (int f : c.frames) update_frame_pose(model, f, work);
 }
 
+namespace {
+
 template <class W>
-void update_cluster_chain(const Model& model, int cluster, W& work) {
+FLEXFRAME_INLINE void place_chain(const Model& model, int cluster, W& work) {
   const Cluster& c = model.clusters[cluster];
   size_t entry = 0;
   for (int i : c.parts) {
@@ -259,116 +291,187 @@ void update_cluster_chain(const Model& model, int cluster, W& work) {
     else p.in_base = compose(entry_pose(model, work, cluster, entry++), p.step);
   }
 }
+FLEXFRAME_WIDE void wide_place_chain(const Model& model, int cluster, Work& work) { place_chain(model, cluster, work); }
+FLEXFRAME_WIDE void wide_place_chain(const Model& model, int cluster, PlaneWork& work) { place_chain(model, cluster, work); }
+
+}  // namespace
+
+template <class W>
+void update_cluster_chain(const Model& model, int cluster, W& work) {
+  wide_place_chain(model, cluster, work);
+}
+
+namespace {
+
+// The frame that carries a part: that of its joint or, where it hangs outside its cluster, the cluster's base frame; and the part's body
+// frame as that sees it.
+template <class W>
+int carrying_frame(const Model& model, const W&, int part) {
+  return hangs_inside(model, part) ? model.parts[part].joint.inboard : model.clusters[model.parts[part].cluster].base;
+}
+template <class W>
+const typename W::In::Pose& from_carrying_frame(const Model& model, const W& work, int part) {
+  return hangs_inside(model, part) ? work.parts[part].step : work.parts[part].in_base;
+}
+
+// The part's pose in what carries it, and its twists per rate.
+template <class W>
+FLEXFRAME_INLINE void seat_part(const Model& model, int i, W& work) {
+  using Twist = typename W::In::Twist;
+  const Part& part = model.parts[i];
+  auto& p = work.parts[i];
+  p.in_carrier = compose(work.frames[carrying_frame(model, work, i)].pose, from_carrying_frame(model, work, i));
+  const auto& o = work.frames[part.joint.outboard];
+  for (int k = 0; k < part.joint.nv; ++k) column(p.Hj, k) = to_parent(o.pose, Twist(p.joint.S.col(k)));
+  if (part.joint.motion >= 0) p.driven = to_parent(o.pose, Twist(p.joint.S.col(0)));
+  if (o.flexible) set_negative_to_parent(o.pose, o.B, p.C);
+}
+
+template <class W>
+FLEXFRAME_INLINE void place_in_world(const Model& model, int cluster, W& work) {
+  const Cluster& c = model.clusters[cluster];
+  if (c.parent != ground && work.frames[c.base].flexible) update_frame_position(model, c.base, work);
+  for (int i : c.parts) {
+    auto& p = work.parts[i];
+    seat_part(model, i, work);
+    p.world = model.parts[i].parent == ground ? p.in_carrier : compose(work.parts[model.parts[i].parent].world, p.in_carrier);
+  }
+}
+FLEXFRAME_WIDE void wide_place_in_world(const Model& model, int cluster, Work& work) { place_in_world(model, cluster, work); }
+FLEXFRAME_WIDE void wide_place_in_world(const Model& model, int cluster, PlaneWork& work) { place_in_world(model, cluster, work); }
+
+}  // namespace
+
+template <class W>
+void update_cluster_world(const Model& model, int cluster, W& work) {
+  wide_place_in_world(model, cluster, work);
+}
 
 template <class W>
 void update_cluster_positions(const Model& model, int cluster, W& work) {
   update_cluster_frames(model, cluster, work);
   for (int f : model.clusters[cluster].frames) update_frame_jacobian(model, f, work);
   update_cluster_chain(model, cluster, work);
+  for (int i : model.clusters[cluster].parts) seat_part(model, i, work);
 }
 
-template <class W>
-void update_cluster_world(const Model& model, int cluster, W& work) {
-  const Cluster& c = model.clusters[cluster];
-  auto& base = work.bases[cluster];
-  if (c.parent != ground) update_frame_position(model, c.base, work);
-  base.world = frame_world(model, work, c.base);
-  for (int i : c.parts) work.parts[i].world = compose(base.world, work.parts[i].in_base);
-}
+namespace {
 
 template <class W>
-void update_cluster_velocities(const Model& model, int cluster, W& work) {
+FLEXFRAME_INLINE void move_parts(const Model& model, int cluster, W& work) {
   using Twist = typename W::In::Twist;
   const Cluster& c = model.clusters[cluster];
-  auto& base = work.bases[cluster];
-  update_frame_velocity(model, c.base, work);
-  base.V = work.frames[c.base].V;
-  size_t entry = 0;
+  if (c.parent != ground && (has_closure(c) || work.frames[c.base].flexible)) {
+    update_frame_velocity(model, c.base, work);
+    work.bases[cluster].V = work.frames[c.base].V;
+  }
   for (int i : c.parts) {
     const Part& part = model.parts[i];
     auto& p = work.parts[i];
     if (part.body.n > 0) p.qd = work.w.segment(part.ev0, part.body.n);
     const TreeJoint& j = part.joint;
     const auto& joint = tree_joint(model, work, i);
+    // Twist across the joint, in the axes of the body.
+    Twist across = Twist::Zero();
     if (j.motion >= 0) {
       const TimeJet& m = work.motion[j.motion];
       update_joint_velocity(joint, &m.value, &m.rate, p.joint);
       p.joint.bias += p.joint.S.col(0) * m.acceleration;
+      across = p.driven * m.rate;
     } else {
       update_joint_velocity(joint, work.q.data() + part.q0, work.w.data() + part.v0, p.joint);
+      for (int k = 0; k < j.nv; ++k) across += column(p.Hj, k) * work.w[part.v0 + k];
     }
-    // Inboard frame: its twist, and its acceleration at zero coordinate accelerations.
-    Twist VA, AA;
-    if (hangs_inside(model, i)) {
-      update_frame_velocity(model, j.inboard, work);
-      const auto& f = work.frames[j.inboard];
-      VA = f.V;
-      AA = to_child(f.pose, work.parts[part.parent].A0) + f.bias;
-    } else {
-      VA = to_child(entry_pose(model, work, cluster, entry++), base.V);
-      AA.setZero();
+    p.V = across;
+    const bool inside = hangs_inside(model, i);
+    const int at = carrying_frame(model, work, i);
+    const auto& in = work.frames[at];
+    if (part.parent != ground) {
+      p.V += to_child(p.in_carrier, work.parts[part.parent].V);
+      if (in.flexible) {
+        if (inside) update_frame_velocity(model, at, work);
+        p.V += to_child(from_carrying_frame(model, work, i), in.W);
+      }
     }
-    const Twist VB = to_child(p.joint.pose, VA) + p.joint.W;
-    const Twist AB = to_child(p.joint.pose, AA) - bracket(p.joint.W, VB) + p.joint.bias;
+    // Accelerations at zero coordinate accelerations: what the joint and the outboard frame make, and what the carrier's passes on.
     auto& out = work.frames[j.outboard];
-    out.V = VB;
-    if (!out.flexible) {
-      p.V = to_parent(out.pose, VB);
-      p.A0 = to_parent(out.pose, AB);
-    } else {
+    if (out.flexible) {
       out.W = combine(out.B, p.qd);
-      p.V = to_parent(out.pose, VB - out.W);
-      update_frame_velocity(model, j.outboard, work);
-      p.A0 = to_parent(out.pose, AB - out.bias);
+      p.V -= to_parent(out.pose, out.W);
+      finish_frame_velocity(model, j.outboard, work);
+      p.own = to_parent(out.pose, Twist(p.joint.bias - bracket(p.joint.W, out.V) - out.bias));
+    } else {
+      p.own = to_parent(out.pose, p.joint.bias) - bracket(across, p.V);
     }
+    p.A0 = p.own;
+    if (!inside) continue;
+    p.A0 += to_child(p.in_carrier, work.parts[part.parent].A0);
+    if (in.flexible) p.A0 += to_child(p.step, in.bias);
   }
+}
+FLEXFRAME_WIDE void wide_move_parts(const Model& model, int cluster, Work& work) { move_parts(model, cluster, work); }
+FLEXFRAME_WIDE void wide_move_parts(const Model& model, int cluster, PlaneWork& work) { move_parts(model, cluster, work); }
+
+}  // namespace
+
+template <class W>
+void update_cluster_velocities(const Model& model, int cluster, W& work) {
+  wide_move_parts(model, cluster, work);
 }
 
 template <class W>
 void update_base_acceleration(const Model& model, int cluster, W& work) {
-  using S = typename W::In;
   const Cluster& c = model.clusters[cluster];
+  if (c.parent == ground) return;
   auto& base = work.bases[cluster];
   const auto& f = work.frames[c.base];
-  if (c.parent == ground) {
-    typename S::Twist g = S::Twist::Zero();
-    g.template head<S::linear>() = -gravity(model, work);
-    base.A = to_child(f.pose, g);
-  } else {
-    const auto& carrier = work.parts[c.parent];
-    base.A = to_child(f.pose, carrier.A) + f.bias;
-    if (f.flexible) add_product(f.B, carrier.qdd, base.A);
-  }
+  const auto& carrier = work.parts[c.parent];
+  base.A = to_child(f.pose, carrier.A);
+  if (!f.flexible) return;
+  base.A += f.bias;
+  add_product(f.B, carrier.qdd, base.A);
 }
 
 template <class W>
-void update_cluster_accelerations(const Model& model, int cluster, W& work) {
-  using Twist = typename W::In::Twist;
-  const Cluster& c = model.clusters[cluster];
-  size_t entry = 0;
-  for (int i : c.parts) {
+typename W::In::Twist carried_acceleration(const Model& model, const W& work, int part) {
+  using S = typename W::In;
+  const auto& p = work.parts[part];
+  const int parent = model.parts[part].parent;
+  if (parent == ground) {
+    typename S::Twist g = S::Twist::Zero();
+    g.template head<S::linear>() = -turn_back(p.world, gravity(model, work));
+    return g;
+  }
+  const auto& carrier = work.parts[parent];
+  typename S::Twist A = to_child(p.in_carrier, carrier.A);
+  const auto& in = work.frames[carrying_frame(model, work, part)];
+  if (!in.flexible) return A;
+  typename S::Twist of_frame = in.bias;
+  add_product(in.B, carrier.qdd, of_frame);
+  return A + to_child(from_carrying_frame(model, work, part), of_frame);
+}
+
+namespace {
+
+template <class W>
+FLEXFRAME_INLINE void accelerate_parts(const Model& model, int cluster, W& work) {
+  for (int i : model.clusters[cluster].parts) {
     const Part& part = model.parts[i];
     auto& p = work.parts[i];
-    const TreeJoint& j = part.joint;
     if (part.body.n > 0) p.qdd = work.wdot.segment(part.ev0, part.body.n);
-    Twist AA;
-    if (hangs_inside(model, i)) {
-      const auto& in = work.frames[j.inboard];
-      const auto& carrier = work.parts[part.parent];
-      AA = to_child(in.pose, carrier.A) + in.bias;
-      if (in.flexible) add_product(in.B, carrier.qdd, AA);
-    } else {
-      AA = to_child(entry_pose(model, work, cluster, entry++), work.bases[cluster].A);
-    }
-    const auto& o = work.frames[j.outboard];
-    Twist AB = to_child(p.joint.pose, AA) - bracket(p.joint.W, o.V) + p.joint.bias;
-    for (int k = 0; k < j.nv; ++k) AB += p.joint.S.col(k) * work.wdot[part.v0 + k];
-    if (o.flexible) {
-      AB -= o.bias;
-      subtract_product(o.B, p.qdd, AB);
-    }
-    p.A = to_parent(o.pose, AB);
+    p.A = carried_acceleration(model, work, i) + p.own;
+    for (int k = 0; k < part.joint.nv; ++k) p.A += column(p.Hj, k) * work.wdot[part.v0 + k];
+    if (work.frames[part.joint.outboard].flexible) add_product(p.C, p.qdd, p.A);
   }
+}
+FLEXFRAME_WIDE void wide_accelerate_parts(const Model& model, int cluster, Work& work) { accelerate_parts(model, cluster, work); }
+FLEXFRAME_WIDE void wide_accelerate_parts(const Model& model, int cluster, PlaneWork& work) { accelerate_parts(model, cluster, work); }
+
+}  // namespace
+
+template <class W>
+void update_cluster_accelerations(const Model& model, int cluster, W& work) {
+  wide_accelerate_parts(model, cluster, work);
 }
 
 template <class W>
@@ -435,18 +538,19 @@ void project_wrench(const Model& model, const W& work, int cluster, const std::t
   }
 }
 
-#define FLEXFRAME_FOR(W)                                                         \
-  template void update_frame_position(const Model&, int, W&);                    \
-  template void update_frame_velocity(const Model&, int, W&);                    \
-  template void update_cluster_frames(const Model&, int, W&);                    \
-  template void update_cluster_chain(const Model&, int, W&);                     \
-  template void update_cluster_positions(const Model&, int, W&);                 \
-  template void update_cluster_world(const Model&, int, W&);                     \
-  template void update_cluster_velocities(const Model&, int, W&);                \
-  template void update_base_acceleration(const Model&, int, W&);                 \
-  template void update_cluster_accelerations(const Model&, int, W&);             \
-  template typename W::In::Pose frame_world(const Model&, const W&, int);        \
-  template typename W::In::Pose frame_in_base(const Model&, const W&, int, int); \
+#define FLEXFRAME_FOR(W)                                                            \
+  template void update_frame_position(const Model&, int, W&);                       \
+  template void update_frame_velocity(const Model&, int, W&);                       \
+  template void update_cluster_frames(const Model&, int, W&);                       \
+  template void update_cluster_chain(const Model&, int, W&);                        \
+  template void update_cluster_positions(const Model&, int, W&);                    \
+  template void update_cluster_world(const Model&, int, W&);                        \
+  template void update_cluster_velocities(const Model&, int, W&);                   \
+  template void update_base_acceleration(const Model&, int, W&);                    \
+  template void update_cluster_accelerations(const Model&, int, W&);                \
+  template typename W::In::Twist carried_acceleration(const Model&, const W&, int); \
+  template typename W::In::Pose frame_world(const Model&, const W&, int);           \
+  template typename W::In::Pose frame_in_base(const Model&, const W&, int, int);    \
   template void project_wrench(const Model&, const W&, int, const WrenchAt<W>&, bool, VecX&);
 FLEXFRAME_FOR(Work)
 FLEXFRAME_FOR(PlaneWork)

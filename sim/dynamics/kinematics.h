@@ -24,21 +24,24 @@ void update_cluster_frames(const Model& model, int cluster, W& work);
 // Joint poses and the poses of the parts in the base frame from work.q, frames as they are.
 template <class W>
 void update_cluster_chain(const Model& model, int cluster, W& work);
-// Both, and B of the frames.
+// Both, B of the frames, and all that update_cluster_world does but the poses in the world.
 template <class W>
 void update_cluster_positions(const Model& model, int cluster, W& work);
-// World poses of a cluster; its parent's come first.
+// Poses of a cluster's parts in what carries them and in the world, and their twists per rate of their joints; its parent's come first.
 template <class W>
 void update_cluster_world(const Model& model, int cluster, W& work);
-// Twists and A0 of a cluster's parts from work.w; its parent's come first.
+// Twists and A0 of a cluster's parts from work.w; update_cluster_world or update_cluster_positions comes first, and its parent's twists.
 template <class W>
 void update_cluster_velocities(const Model& model, int cluster, W& work);
-// Acceleration of a cluster's base frame from that of its carrier (gravity as an acceleration of ground), and, from it and
-// work.wdot, those of its parts: A and qdd.
+// Acceleration of the base frame of a cluster that is carried; and those of the cluster's parts from their carrier's (gravity as an
+// acceleration of ground) and work.wdot: A and qdd.
 template <class W>
 void update_base_acceleration(const Model& model, int cluster, W& work);
 template <class W>
 void update_cluster_accelerations(const Model& model, int cluster, W& work);
+// What the carrier of a part makes of A.
+template <class W>
+typename W::In::Twist carried_acceleration(const Model& model, const W& work, int part);
 
 // Pose of a frame in world axes (positions must be up to date).
 template <class W>

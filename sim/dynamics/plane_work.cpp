@@ -221,7 +221,8 @@ std::unique_ptr<PlaneMotion> make_plane(const Model& model, const Work& work, st
 }
 
 PlaneWork::PlaneWork(Work& work, PlaneMotion& m)
-    : joints(work.joints),
+    : carrying(work.carrying),
+      joints(work.joints),
       clusters(work.clusters),
       q(work.q),
       w(work.w),

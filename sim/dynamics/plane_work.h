@@ -53,6 +53,7 @@ struct PlaneWork {
   using In = Plane;
   PlaneWork(Work& work, PlaneMotion& motion);
 
+  Carrying& carrying;
   std::vector<JointWork>& joints;
   std::vector<ClusterWork>& clusters;
   VecX &q, &w, &wdot;

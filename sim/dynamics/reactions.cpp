@@ -217,7 +217,9 @@ double motion_power(const Model& model, const W& work) {
     if (n > 0) {
       add_momentum(p.terms.Mre, p.qdd, need);
       momentum.resize(n);
-      multiply(elastic_mass(kinetic_body(model, work, static_cast<int>(i)), p.terms), p.qdd.data(), momentum.data());
+      // Normal modes, whose stiffness is a diagonal, have unit mass.
+      if (part.body.stiffness.size() > 0 && p.terms.Mee.size() == 0) momentum = p.qdd;
+      else multiply(elastic_mass(kinetic_body(model, work, static_cast<int>(i)), p.terms), p.qdd.data(), momentum.data());
       momentum += p.terms.ce + p.elastic - p.load_e;
       add_dots(p.terms.Mre, p.A, momentum.data());
       power += momentum.dot(p.qd);

@@ -224,7 +224,7 @@ struct Solver {
         if (const int k = c.v0 + rate - part(at).v0; k >= 0 && k < part(at).joint.nv) s.dep.push_back(s.joint_of[at] + k);
   }
 
-  void reach(size_t at, size_t& entry) {
+  void reach(size_t at) {
     Reach& r = s.reach[at];
     const PartMotion<Plane>& p = motion(at);
     const size_t np = c.parts.size();
@@ -238,7 +238,7 @@ struct Solver {
     if (inside) {
       const size_t up = place(part(at).parent);
       const auto& in = work.frames[part(at).joint.inboard];
-      const PlanePose step = compose(in.pose, p.step);
+      const PlanePose& step = p.in_carrier;
       for (size_t a = 0; a < at; ++a) {
         if (!s.reach[up].moved_by[a]) continue;
         r.moved_by[a] = 1;
@@ -254,7 +254,7 @@ struct Solver {
       }
       if (c.parent != ground) r.carried = to_child(step, s.reach[up].carried);
     } else if (c.parent != ground) {
-      r.carried = to_child(compose(entry_pose(model, work, cluster, entry++), p.step), work.bases[cluster].A);
+      r.carried = to_child(p.in_base, work.bases[cluster].A);
     }
     for (int k = 0; k < part(at).joint.nv; ++k) r.joints[static_cast<size_t>(s.joint_of[at]) + k] = column(p.Hj, k);
     if (part(at).body.n > 0 && work.frames[part(at).joint.outboard].flexible) r.raw[at] = p.C.data();
@@ -489,7 +489,6 @@ struct Solver {
     const std::vector<int>&ind = cw.partition.ind, &dep = cw.partition.dep;
     const Eigen::Index ni = static_cast<Eigen::Index>(ind.size()), nd = static_cast<Eigen::Index>(dep.size());
     const size_t np = c.parts.size();
-    update_joint_twists(model, cluster, work);
     cw.a.resize(ni);
     cw.Et.resize(ni, nd);
     for (Eigen::Index d = 0; d < nd; ++d)
@@ -497,8 +496,7 @@ struct Solver {
     if (s.reach.size() < np) s.reach.resize(np), s.rows.resize(np);
     s.taken = 0;
     list_joints();
-    size_t entry = 0;
-    for (size_t at = 0; at < np; ++at) reach(at, entry);
+    for (size_t at = 0; at < np; ++at) reach(at);
     for (size_t at = 0; at < np; ++at) take_equations(at);
     for (size_t at = 0; at < np; ++at)
       for (size_t a = 0; a < np; ++a) combine_modes(at, a);
@@ -513,17 +511,6 @@ struct Solver {
 };
 
 }  // namespace
-
-template <class W>
-void update_joint_twists(const Model& model, int cluster, W& work) {
-  for (int i : model.clusters[cluster].parts) {
-    const Part& part = model.parts[i];
-    auto& p = work.parts[i];
-    const auto& o = work.frames[part.joint.outboard];
-    for (int k = 0; k < part.joint.nv; ++k) column(p.Hj, k) = to_parent(o.pose, p.joint.S.col(k));
-    if (o.flexible) set_negative_to_parent(o.pose, o.B, p.C);
-  }
-}
 
 bool prefers_reduced(const Model& model, int cluster, const PlaneWork& work) {
   const Cluster& c = model.clusters[cluster];
@@ -582,9 +569,7 @@ void complete_mass_matrices(const Model& model, W& work) {
   if (!complete) update_accelerations(model, work);
 }
 
-#define FLEXFRAME_FOR(W)                                    \
-  template void update_joint_twists(const Model&, int, W&); \
-  template void complete_mass_matrices(const Model&, W&);
+#define FLEXFRAME_FOR(W) template void complete_mass_matrices(const Model&, W&);
 FLEXFRAME_FOR(Work)
 FLEXFRAME_FOR(PlaneWork)
 #undef FLEXFRAME_FOR

@@ -9,10 +9,6 @@
 
 namespace flexframe::sim {
 
-// Twists of what hangs on the joints of a cluster per rate, PartMotion::Hj and C. Positions come first.
-template <class W>
-void update_joint_twists(const Model& model, int cluster, W& work);
-
 // Whether solve_reduced serves a cluster that what carries it does not feel, and costs less than its mass matrix. Not in space, nor where
 // another cluster hangs on one of its elastic bodies, where a joint is held, or where a deformation closes a loop.
 inline bool prefers_reduced(const Model&, int, const Work&) { return false; }

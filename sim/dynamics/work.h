@@ -43,7 +43,7 @@ struct ClusterWork {
   VecX r;                                 // nv bias minus applied forces
   MatX L;                                 // ind x ind: reduced mass matrix = L L^T, lower half
   VecX inertia;                           // its diagonal
-  MatX DinvUt;                            // ind x components: scratch
+  MatX DinvUt;                            // scratch of reduce_inertia
   MatX Mid, Et, T;                        // ind x dep: of M, E^T, scratch of the projection
   std::vector<std::pair<int, int>> runs;  // of independent rates that follow one another: first, count
   VecX h, a;                              // reduced forces, independent accelerations
@@ -79,7 +79,16 @@ struct SignalWork {
   double fastest = 0.0;  // of the bodies so far, m/s, where there are contacts
 };
 
+// What a model says of its parts and clusters that every evaluation asks; made once (make_work).
+struct Carrying {
+  std::vector<char> elastic;  // per part: something hangs on it that adds to its elastic mass
+  std::vector<char> moves;    // per part: a coordinate moves it (its own, its joint's or one before: else it rests or follows motions)
+  std::vector<char> link;     // per cluster: one rigid part on a joint of one rate, as the links of chains are
+  bool driven = false;        // some joint follows a prescribed motion
+};
+
 struct Rates {
+  Carrying carrying;
   std::vector<JointWork> joints;  // per part
   std::vector<ClusterWork> clusters;
   VecX q, w, wdot;  // q_all, w_all, accelerations of w_all
@@ -125,14 +134,16 @@ using FrameWork = FrameMotion<Space>;
 template <class S>
 struct PartMotion {
   JointMotionIn<S> joint;
-  typename S::Pose step;     // body frame in the inboard frame
-  typename S::Pose in_base;  // body frame in the cluster's base frame
+  typename S::Pose step;        // body frame in the inboard frame
+  typename S::Pose in_base;     // body frame in the cluster's base frame
+  typename S::Pose in_carrier;  // body frame in that of the part which carries it (in the world on ground)
   typename S::Pose world;
-  VecX q, qd, qdd;                          // elastic
-  VecX elastic;                             // K q + D qd + ksigma
-  typename S::Twist V = S::Twist::Zero();   // twist, body axes
-  typename S::Twist A0 = S::Twist::Zero();  // dV/dt when all coordinate accelerations and the base's vanish
-  typename S::Twist A = S::Twist::Zero();   // dV/dt
+  VecX q, qd, qdd;                           // elastic
+  VecX elastic;                              // K q + D qd + ksigma
+  typename S::Twist V = S::Twist::Zero();    // twist, body axes
+  typename S::Twist A0 = S::Twist::Zero();   // dV/dt when all coordinate accelerations and the base's vanish
+  typename S::Twist own = S::Twist::Zero();  // of A0 what the joint and the part's outboard frame make
+  typename S::Twist A = S::Twist::Zero();    // dV/dt
   TermsIn<S> terms;
   typename S::Twist load = S::Twist::Zero();  // applied wrench about the body frame, body axes
   VecX load_e;                                // applied generalised elastic forces
@@ -142,11 +153,12 @@ struct PartMotion {
   MatX Mee;
   typename S::Twist fr = S::Twist::Zero();
   VecX fe;
-  typename S::Columns C;           // twist of the body frame per elastic rate, joint held (flexible outboard frames only)
-  typename S::Columns Hj;          // twist of the body frame per joint rate
-  typename S::Columns Fj, Fe;      // composite momentum per joint rate and per elastic rate
-  typename S::Columns F, scratch;  // of nv + n, of n
-  VecX tau;                        // applied joint forces
+  typename S::Columns C;                        // twist of the body frame per elastic rate, joint held (flexible outboard frames only)
+  typename S::Columns Hj;                       // twist of the body frame per joint rate
+  typename S::Twist driven = S::Twist::Zero();  // the same of a prescribed motion
+  typename S::Columns Fj, Fe;                   // composite momentum per joint rate and per elastic rate
+  typename S::Columns F, scratch;               // of nv + n, of n
+  VecX tau;                                     // applied joint forces
   int like = 0;  // the part whose constants are read instead of its own, which are equal: a long chain then fits in the cache
 };
 using PartWork = PartMotion<Space>;
@@ -158,8 +170,8 @@ struct BaseMotion {
   typename S::Twist pb = S::Twist::Zero();
   typename S::Columns Ib;  // of nv: coupling to the base twist
   typename S::Columns U;   // of ind
+  // Of the base frame, where the cluster is carried: V where it closes loops, A where it is not a link.
   typename S::Twist V = S::Twist::Zero(), A = S::Twist::Zero();
-  typename S::Pose world;
 };
 
 template <class S>

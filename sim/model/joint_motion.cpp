@@ -61,6 +61,19 @@ void update_joint_velocity(const TreeJoint& joint, const double* q, const double
   if (joint.reversed) out.bias = -to_parent(inverse(out.pose), out.bias);
 }
 
+namespace {
+
+void sine_cosine(double angle, double& sine, double& cosine) {
+#ifdef __GLIBC__
+  sincos(angle, &sine, &cosine);
+#else
+  sine = std::sin(angle);
+  cosine = std::cos(angle);
+#endif
+}
+
+}  // namespace
+
 bool in_plane(const TreeJoint& joint, const Mat3& QA, const Mat3& QB, PlaneJoint& out) {
   out.reversed = joint.reversed;
   out.rates = rates_of(joint.kind);
@@ -98,6 +111,14 @@ bool in_plane(const TreeJoint& joint, const Mat3& QA, const Mat3& QB, PlaneJoint
 void update_joint_position(const PlaneJoint& joint, const double* q, JointMotionIn<Plane>& out) {
   out.pose = joint.zero;
   if (joint.rates == 0) return;
+  if (joint.rates == 1 && joint.turns && !joint.reversed) {
+    // A hinge, as below.
+    double s, c;
+    sine_cosine(joint.sense[0] * q[0], s, c);
+    out.pose = {c * joint.zero.c - s * joint.zero.s, s * joint.zero.c + c * joint.zero.s, Vec2::Zero()};
+    out.S.col(0) = Vec3(0.0, 0.0, joint.sense[0]);
+    return;
+  }
   double angle = 0.0;
   Vec2 along = Vec2::Zero();
   for (size_t k = 0; k < static_cast<size_t>(joint.rates); ++k) {
@@ -114,9 +135,13 @@ void update_joint_position(const PlaneJoint& joint, const double* q, JointMotion
 }
 
 void update_joint_velocity(const PlaneJoint& joint, const double*, const double* w, JointMotionIn<Plane>& out) {
+  out.bias.setZero();
+  if (joint.rates == 1) {
+    out.W = out.S.col(0) * w[0];
+    return;
+  }
   out.W.setZero();
   for (int k = 0; k < joint.rates; ++k) out.W += out.S.col(k) * w[k];
-  out.bias.setZero();
   if (!joint.slides || !joint.turns) return;
   const PlanePose forward = joint.reversed ? inverse(out.pose) : out.pose;
   double turning = 0.0;

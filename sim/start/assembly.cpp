@@ -369,6 +369,7 @@ bool leave_change_point(const Model& model, const Scene& scene, int cluster, Wor
   scaled -= least_squares(A, A * scaled, 1e-9);
   for (size_t k = 0; k < columns.size(); ++k)
     work.w[c.v0 + columns[k]] = scaled[static_cast<Eigen::Index>(k)] / rate_scale(model, cluster, columns[k]);
+  update_cluster_world(model, cluster, work);
   close_velocities(model, cluster, work);
   return true;
 }

@@ -129,7 +129,11 @@ void state_rate(System& system, double t, const double* y, double* dy) {
   }
   const Work& work = system.work;
   for (const Part& p : system.model.parts) {
-    if (p.joint.nq > 0) coordinate_rates(p.joint.kind, y + p.q0, work.w.data() + p.v0, dy + p.q0);
+    // Where they are as many, and no orientation is among them, rates are derivatives of coordinates.
+    if (p.joint.nq == 1 && p.joint.nv == 1) dy[p.q0] = work.w[p.v0];
+    else if (p.joint.nq == p.joint.nv)
+      for (int k = 0; k < p.joint.nv; ++k) dy[p.q0 + k] = work.w[p.v0 + k];
+    else coordinate_rates(p.joint.kind, y + p.q0, work.w.data() + p.v0, dy + p.q0);
     for (int k = 0; k < p.body.n; ++k) dy[p.eq0 + k] = work.w[p.ev0 + k];
   }
   double* dw = dy + system.model.nq;

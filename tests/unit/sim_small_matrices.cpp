@@ -112,5 +112,33 @@ TEST(SmallMatrices, MoveInertiaToTheParent) {
   }
 }
 
+// What a cluster's rates take from the inertia and the force at its base, and the products of twists and wrenches in space.
+TEST(SmallMatrices, ReduceInertiaEverySize) {
+  std::mt19937 random(4);
+  for (Eigen::Index n = 1; n <= 21; ++n) {
+    const MatX A = random_matrix(random, n, n), six = random_matrix(random, 6, n), other = random_matrix(random, 6, n);
+    const MatX D = A * A.transpose() + MatX::Identity(n, n), inverse = D.inverse();
+    const VecX h = random_matrix(random, n, 1);
+    MatX L, work;
+    ASSERT_TRUE(cholesky(D, L));
+    const double size = 1e-12 * static_cast<double>(n);
+    Mat6 I = Mat6::Identity();
+    Vec6 p = Vec6::Ones();
+    reduce_inertia(L, Mat6X(six), h, work, I, p);
+    EXPECT_LT((I - Mat6::Identity() + six * inverse * six.transpose()).norm(), size * (1.0 + six.squaredNorm())) << n;
+    EXPECT_LT((p - Vec6::Ones() - six * inverse * h).norm(), size * (1.0 + six.norm() * h.norm())) << n;
+    const MatX3 three = six.topRows(3).transpose();
+    Mat3 J = Mat3::Identity();
+    Vec3 r = Vec3::Ones();
+    reduce_inertia(L, three, h, work, J, r);
+    EXPECT_LT((J - Mat3::Identity() + three.transpose() * inverse * three).norm(), size * (1.0 + six.squaredNorm())) << n;
+    EXPECT_LT((r - Vec3::Ones() - three.transpose() * inverse * h).norm(), size * (1.0 + six.norm() * h.norm())) << n;
+    MatX M = MatX::Zero(n + 2, n + 2);
+    add_symmetric(Mat6X(six), Mat6X(other), M, 2);
+    const MatX whole = six.transpose() * other + other.transpose() * six;
+    EXPECT_LT(MatX((M.bottomRightCorner(n, n) - whole).triangularView<Eigen::Lower>()).norm(), size * (1.0 + whole.norm())) << n;
+  }
+}
+
 }  // namespace
 }  // namespace flexframe::sim
