@@ -2,6 +2,7 @@
 
 #include "sim/base/small_matrices.h"
 #include "sim/base/wide.h"
+#include "sim/dynamics/plane_frames.h"
 #include "sim/dynamics/signals.h"
 
 #include <cmath>
@@ -492,12 +493,18 @@ typename W::In::Pose frame_in_base(const Model& model, const W& work, int cluste
 
 Pose shown_pose(const Model& model, int part, Work& work) {
   const ShownFrame& shown = model.parts[part].shown;
+  if (!shown.differs) return {};
+  update_frame_pose(model, shown.root, work);
+  if (shown.boundary != Boundary::clamped_free) update_frame_pose(model, shown.tip, work);
+  return shown_pose_at(model, part, work);
+}
+
+Pose shown_pose_at(const Model& model, int part, const Work& work) {
+  const ShownFrame& shown = model.parts[part].shown;
   Pose out;
   if (!shown.differs) return out;
-  update_frame_pose(model, shown.root, work);
   const Pose& root = work.frames[shown.root].pose;
   if (shown.boundary == Boundary::clamped_free) return root;
-  update_frame_pose(model, shown.tip, work);
   const Vec3 chord = work.frames[shown.tip].pose.p - root.p;
   out.p = root.p;
   if (shown.boundary == Boundary::supported_supported) {

@@ -2,12 +2,14 @@
 
 #include "sim/bodies/axis_mass.h"
 #include "sim/dynamics/kinematics.h"
+#include "sim/dynamics/plane_frames.h"
 #include "sim/scene/joint_kinds.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace flexframe::sim {
 namespace {
@@ -207,7 +209,23 @@ struct Builder {
   }
 };
 
+// Of frames that leave the plane: they have no height in it.
+constexpr double no_height = std::numeric_limits<double>::quiet_NaN();
+
 }  // namespace
+
+void grow_plane(const Model& model, const Work& work, PlaneMotion& plane) {
+  Builder builder{model, work, plane};
+  builder.normal = plane.axes.col(2);
+  for (size_t i = plane.frames.size(); i < model.frames.size(); ++i) try {
+      builder.add_frame(i);
+    } catch (const LeavesPlane&) {
+      PlaneFrame beside;
+      beside.height = no_height;
+      plane.frame_constants.push_back(std::move(beside));
+      plane.frames.emplace_back();
+    }
+}
 
 std::unique_ptr<PlaneMotion> make_plane(const Model& model, const Work& work, std::string& why_not) {
   auto out = std::make_unique<PlaneMotion>();
@@ -257,6 +275,14 @@ Pose between(const Mat3& P, const PlanePose& at, double height, const Mat3& Q) {
   return out;
 }
 
+void lift_frame(const Model& model, int f, const PlaneWork& from, Work& to) {
+  if (!from.frames[f].flexible) return;
+  const PlaneMotion& plane = from.plane;
+  const PlaneFrame& at = plane.frame_constants[f];
+  const int part = model.frames[f].part;
+  to.frames[f].pose = between(plane.part_axes[part], from.frames[f].pose, at.height - plane.part_heights[part], at.axes);
+}
+
 }  // namespace
 
 Pose pose_in_space(const Model& model, const PlaneWork& work, int frame) {
@@ -276,16 +302,17 @@ void place_in_space(const Model& model, const PlaneWork& from, Work& to) {
     out.q = p.q;
     out.qd = p.qd;
   }
-  const auto place_frame = [&](int f) {
-    if (!from.frames[f].flexible) return;
-    const PlaneFrame& at = plane.frame_constants[f];
-    const int part = model.frames[f].part;
-    to.frames[f].pose = between(plane.part_axes[part], from.frames[f].pose, at.height - plane.part_heights[part], at.axes);
-  };
   for (const Cluster& c : model.clusters) {
-    place_frame(c.base);
-    for (const int f : c.frames) place_frame(f);
+    lift_frame(model, c.base, from, to);
+    for (const int f : c.frames) lift_frame(model, f, from, to);
   }
+}
+
+void place_frame(const Model& model, int frame, PlaneWork& from, Work& to) {
+  const bool has = static_cast<size_t>(frame) < from.frames.size() && !std::isnan(from.plane.frame_constants[frame].height);
+  if (!has) return update_frame_pose(model, frame, to);
+  update_frame_pose(model, frame, from);
+  lift_frame(model, frame, from, to);
 }
 
 Vec3 within(const PlaneWork& work, int frame, const Vec6& F) {

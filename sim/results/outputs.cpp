@@ -97,13 +97,13 @@ void reaction_columns(const Model& model, const OutputPlan& plan, const Work& wo
 }
 
 // Elastic displacement of a frame relative to the undeformed body, m, in the shown frame of the body.
-Vec3 displacement(const Model& model, const OutputPlans& plans, const OutputPlan& plan, Work& work) {
+Vec3 displacement(const Model& model, const OutputPlans& plans, const OutputPlan& plan, Work& work, bool placed) {
   const int frame = plan.frame;
   const FramePoint& f = model.frames[frame];
   if (f.part == ground) return Vec3::Zero();
   const Part& part = model.parts[f.part];
   const Pose rest = compose(part.rest_in_body, rest_pose(model, frame));
-  const Pose shown = shown_pose(model, part.scene_body, plan.shown ? *plan.shown : plans.shown[part.scene_body], work);
+  const Pose shown = shown_pose(model, part.scene_body, plan.shown ? *plan.shown : plans.shown[part.scene_body], work, placed);
   Pose now = work.frames[frame].pose;
   // Without a chain everything stays in the part, so that small displacements keep their digits far from the origin.
   const int first = model.pieces[part.scene_body].front();
@@ -157,13 +157,15 @@ void relative_columns(const Model& model, const OutputPlan& plan, Work& work, co
 
 namespace {
 
-void frame_columns(const Model& model, const OutputPlans& plans, const OutputPlan& plan, Work& work, const double* last, double* out) {
+void frame_columns(const Model& model, const OutputPlans& plans, const OutputPlan& plan, Work& work, const OutputRow& row) {
+  double* const out = row.columns + plan.first;
+  const double* const last = row.previous ? row.previous + plan.first : nullptr;
   // Where a frame stands does not ask how it moves.
   const Quantity wanted = plan.def.quantity;
   if (wanted == Quantity::velocity || wanted == Quantity::angular_velocity || wanted == Quantity::acceleration) {
     update_frame_position(model, plan.frame, work);
     update_frame_velocity(model, plan.frame, work);
-  } else if (!plan.stands) {
+  } else if (!plan.stands && !row.placed) {
     update_frame_pose(model, plan.frame, work);
   }
   const Pose pose = frame_world(model, work, plan.frame);
@@ -183,7 +185,7 @@ void frame_columns(const Model& model, const OutputPlans& plans, const OutputPla
       v = world_acceleration(model, work, plan.frame);
       break;
     case Quantity::displacement:
-      v = displacement(model, plans, plan, work);
+      v = displacement(model, plans, plan, work, row.placed);
       break;
     default:
       v = rotation_log(pose.R);
@@ -332,7 +334,7 @@ void evaluate_outputs(const Model& model, const OutputPlans& plans, Work& work, 
       }
       case OutputFamily::frame:
         if (plan.relative_to >= 0) relative_columns(model, plan, work, last, out);
-        else frame_columns(model, plans, plan, work, last, out);
+        else frame_columns(model, plans, plan, work, row);
     }
   }
   std::vector<double> read;

@@ -48,6 +48,7 @@ struct OutputPlans {
   bool accelerations = false, reactions = false;  // what they need
   bool in_plane = true;                           // none of them needs more than place_plane_sample brings (sample_state.h)
   std::shared_ptr<SectionForces> sections;        // where section forces or stresses are asked for
+  std::vector<int> frames;                        // of what deforms whose poses they read, but for joints' own
 };
 
 // What an output is of.
@@ -59,11 +60,12 @@ OutputFamily family_of(Quantity quantity);
 OutputPlans plan_outputs(Model& model, const Scene& scene, bool all_shown = false);
 
 // Where the columns of a state go. previous: those one sample before (rotations are continued through full turns), or null. energy: of the
-// whole system.
+// whole system. placed: OutputPlans::frames stand where they are.
 struct OutputRow {
   const double* previous = nullptr;
   double* columns = nullptr;
   const Energy* energy = nullptr;
+  bool placed = false;
 };
 
 // Writes all columns for the current state.

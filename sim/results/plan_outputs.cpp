@@ -288,16 +288,46 @@ OutputFamily family_of(Quantity quantity) {
 
 namespace {
 
+bool at_one_place(const FramePoint& f, const FramePoint& g) {
+  return f.part == g.part && f.node == g.node && f.offset.R == g.offset.R && f.offset.p == g.offset.p;
+}
+
+// A joint's frame at the place of a frame of what deforms, if there is one: its pose is known wherever positions are. Else the frame
+// itself.
+int joint_frame_at(const Model& model, int frame) {
+  for (const Cluster& c : model.clusters)
+    for (const int f : c.frames)
+      if (f == frame || at_one_place(model.frames[f], model.frames[frame])) return f;
+  return frame;
+}
+
+// Shown frames are found from joints' frames where these stand at the same places.
+void share_joint_frames(Model& model, OutputPlans& plans) {
+  const auto share = [&](int& frame) {
+    if (frame >= 0 && frame < static_cast<int>(model.frames.size()) && model.frames[frame].part != ground)
+      frame = joint_frame_at(model, frame);
+  };
+  for (Part& part : model.parts)
+    if (part.shown.differs) share(part.shown.root), share(part.shown.tip);
+  const auto share_shown = [&](ShownFrom& shown) {
+    if (shown.kind == ShownFrom::tangent || shown.kind == ShownFrom::chord) share(shown.a);
+    if (shown.kind == ShownFrom::chord) share(shown.b);
+  };
+  for (ShownFrom& shown : plans.shown) share_shown(shown);
+  for (OutputPlan& plan : plans.outputs) {
+    if (plan.shown) share_shown(*plan.shown);
+    const Quantity q = plan.def.quantity;
+    if (plan.relative_to < 0 && (q == Quantity::position || q == Quantity::displacement || q == Quantity::rotation)) share(plan.frame);
+  }
+}
+
 // Outputs of one frame share its pose within a sample: the tip's position and its displacement.
 void share_frames(const Model& model, std::vector<OutputPlan>& outputs) {
   std::vector<int> made;
   for (OutputPlan& plan : outputs) {
     if (family_of(plan.def.quantity) != OutputFamily::frame || plan.relative_to >= 0) continue;
     const FramePoint& f = model.frames[plan.frame];
-    const auto same = std::find_if(made.begin(), made.end(), [&](int at) {
-      const FramePoint& g = model.frames[at];
-      return f.part == g.part && f.node == g.node && f.offset.R == g.offset.R && f.offset.p == g.offset.p;
-    });
+    const auto same = std::find_if(made.begin(), made.end(), [&](int at) { return at_one_place(f, model.frames[at]); });
     plan.stands = same != made.end();
     if (plan.stands) plan.frame = *same;
     else made.push_back(plan.frame);
@@ -319,6 +349,27 @@ bool read_in_plane(const OutputPlan& plan) {
     default:
       return false;
   }
+}
+
+// The frames of what deforms whose poses are read and not known from the joints.
+std::vector<int> frames_read(const Model& model, const OutputPlans& plans) {
+  std::vector<int> all;
+  const auto take = [&](int f) {
+    const FramePoint& at = model.frames[f];
+    if (at.part == ground || model.parts[at.part].body.n == 0 || std::count(all.begin(), all.end(), f) > 0) return;
+    const std::vector<int>& known = model.clusters[model.parts[at.part].cluster].frames;
+    if (std::count(known.begin(), known.end(), f) > 0) return;
+    all.push_back(f);
+  };
+  const auto take_all = [&](const std::vector<int>& frames) { std::for_each(frames.begin(), frames.end(), take); };
+  for (size_t b = 0; b < plans.shown.size(); ++b) take_all(frames_of(model, static_cast<int>(b), plans.shown[b]));
+  for (const OutputPlan& plan : plans.outputs) {
+    if (plan.frame < 0 || family_of(plan.def.quantity) != OutputFamily::frame || plan.relative_to >= 0) continue;
+    take(plan.frame);
+    if (const int part = model.frames[plan.frame].part; plan.shown && part != ground)
+      take_all(frames_of(model, model.parts[part].scene_body, *plan.shown));
+  }
+  return all;
 }
 
 }  // namespace
@@ -356,7 +407,9 @@ OutputPlans plan_outputs(Model& model, const Scene& scene, bool all_shown) {
   for (OutputPlan& plan : plans.outputs)
     if (family_of(plan.def.quantity) == OutputFamily::combination)
       find_reads(plan, plans.outputs, plans.columns, fmt::format("{}:{}: output '{}'", scene.file.string(), plan.def.line, plan.def.name));
+  share_joint_frames(model, plans);
   share_frames(model, plans.outputs);
+  plans.frames = frames_read(model, plans);
   plans.in_plane = !plans.accelerations && !plans.reactions && std::all_of(plans.outputs.begin(), plans.outputs.end(), read_in_plane);
   // Once all frames are known.
   if (sections) plans.sections = std::make_shared<SectionForces>(model, scene);

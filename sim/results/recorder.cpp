@@ -3,6 +3,7 @@
 #include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/kinematics.h"
 #include "sim/dynamics/massless.h"
+#include "sim/dynamics/plane_frames.h"
 #include "sim/model/beam_strains.h"
 #include "sim/model/bodies.h"
 #include "sim/scene/joint_kinds.h"
@@ -35,8 +36,8 @@ void write_quaternion(const Mat3& R, Eigen::MatrixX4d& out, Eigen::Index row) {
 
 // Brings the work to a sample, with what the outputs need. Returns the energies of the system.
 Energy bring(System& system, double t, const VecX& y, const SampleNeeds& needs, Reactions& reactions) {
-  if (needs.in_plane) return place_plane_sample(system, t, y.data());
-  const Energy energy = place_space_sample(system, t, y.data());
+  if (needs.in_plane) return place_plane_sample(system, t, y.data(), needs.frames);
+  const Energy energy = place_space_sample(system, t, y.data(), needs.frames);
   if (needs.accelerations) {
     update_system_accelerations(system);
     update_massless_accelerations(system, t, y);
@@ -97,13 +98,16 @@ void grow_work(System& system) {
   work.clusters = system.work.clusters;
   keep_balance(system.work, work);
   work.joints = system.work.joints;
+  for (size_t i = 0; i < work.parts.size(); ++i) work.parts[i].world = system.work.parts[i].world;
   system.work = std::move(work);
+  if (system.plane) grow_plane(system.model, system.work, *system.plane);
 }
 
 SampleNeeds::SampleNeeds(const System& system, const OutputPlans& plans, bool forces)
     : in_plane(plans.in_plane && !forces && has_plane_samples(system)),
       accelerations(plans.accelerations || forces),
-      reactions(plans.reactions || forces) {}
+      reactions(plans.reactions || forces),
+      frames(plans.frames) {}
 
 Recorder::Recorder(System& system, const std::vector<double>& times) {
   Model& model = system.model;
@@ -210,7 +214,7 @@ void Recorder::record(System& system, double t, const VecX& y) {
   for (size_t b = 0; b < results_.bodies.size(); ++b) {
     ResultBody& body = results_.bodies[b];
     const int first = first_parts_[b];
-    shown_[b] = shown_pose(model, static_cast<int>(b), plans_.shown[b], work);
+    shown_[b] = shown_pose(model, static_cast<int>(b), plans_.shown[b], work, true);
     world_[b] = compose(work.parts[first].world, shown_[b]);
     if (body.held_position.size() > 0) {
       const Pose held = inverse(shown_[b]);
@@ -234,7 +238,6 @@ void Recorder::record(System& system, double t, const VecX& y) {
   for (size_t k = 0; k < results_.joints.size(); ++k) {
     ResultJoint& joint = results_.joints[k];
     if (joint_frames_[k] < 0) continue;
-    update_frame_pose(model, joint_frames_[k], work);
     const Pose pose = frame_world(model, work, joint_frames_[k]);
     joint.position.row(row) = pose.p.transpose();
     write_quaternion(pose.R, joint.orientation, row);
@@ -253,8 +256,9 @@ void Recorder::record(System& system, double t, const VecX& y) {
     results_.supplied[row] = y[y.size() - 2];
     results_.dissipated[row] = y[y.size() - 1];
   }
-  evaluate_outputs(model, plans_, work, reactions_,
-                   {.previous = row > 0 ? table_.col(row - 1).data() : nullptr, .columns = table_.col(row).data(), .energy = &e});
+  evaluate_outputs(
+      model, plans_, work, reactions_,
+      {.previous = row > 0 ? table_.col(row - 1).data() : nullptr, .columns = table_.col(row).data(), .energy = &e, .placed = true});
 }
 
 Results Recorder::finish(const System&) {
@@ -281,8 +285,9 @@ void HistoryRecorder::record(System& system, double t, const VecX& y) {
   const Energy e = bring(system, t, y, needs_, reactions_);
   const Eigen::Index row = row_++;
   MatX& table = histories_.values;
-  evaluate_outputs(system.model, plans_, system.work, reactions_,
-                   {.previous = row > 0 ? table.col(row - 1).data() : nullptr, .columns = table.col(row).data(), .energy = &e});
+  evaluate_outputs(
+      system.model, plans_, system.work, reactions_,
+      {.previous = row > 0 ? table.col(row - 1).data() : nullptr, .columns = table.col(row).data(), .energy = &e, .placed = true});
   histories_.energy_scale = std::max({histories_.energy_scale, e.kinetic, e.strain});
   raise_scales(system, e, plans_.reactions, reactions_, histories_.scales);
 }
@@ -297,7 +302,7 @@ void CurrentOutputs::evaluate(System& system, double t, const VecX& y, VecX& row
   const VecX before = row;
   row.resize(static_cast<Eigen::Index>(plans_.columns.size()));
   evaluate_outputs(system.model, plans_, system.work, reactions_,
-                   {.previous = before.size() > 0 ? before.data() : nullptr, .columns = row.data(), .energy = &e});
+                   {.previous = before.size() > 0 ? before.data() : nullptr, .columns = row.data(), .energy = &e, .placed = true});
 }
 
 }  // namespace flexframe::sim

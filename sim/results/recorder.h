@@ -40,6 +40,7 @@ void grow_work(System& system);
 // What a sample takes beside coordinates, poses and twists, and whether these are had from the scene's plane.
 struct SampleNeeds {
   bool in_plane = false, accelerations = false, reactions = false;
+  std::vector<int> frames;  // OutputPlans::frames
   SampleNeeds() = default;
   // forces: section forces are wanted.
   SampleNeeds(const System& system, const OutputPlans& plans, bool forces = false);

@@ -1,6 +1,7 @@
 #include "sim/results/shown_frame.h"
 
 #include "sim/dynamics/kinematics.h"
+#include "sim/dynamics/plane_frames.h"
 #include "sim/model/bodies.h"
 #include "sim/model/supports.h"
 
@@ -163,8 +164,7 @@ ShownFrom find_shown_frame(Model& model, const Scene& scene, int body) {
 namespace {
 
 // Pose of a frame in the first part of its body.
-Pose in_first_part(const Model& model, int first, int frame, Work& work) {
-  update_frame_pose(model, frame, work);
+Pose in_first_part(const Model& model, int first, int frame, const Work& work) {
   const int part = model.frames[frame].part;
   const Pose& pose = work.frames[frame].pose;
   // Without a chain everything stays in the part, so that small displacements keep their digits far from the origin.
@@ -220,17 +220,29 @@ Vec3 across(const Vec3& e) {
 
 }  // namespace
 
-Pose shown_pose(const Model& model, int body, const ShownFrom& shown, Work& work) {
+std::vector<int> frames_of(const Model& model, int body, const ShownFrom& shown) {
+  if (shown.kind == ShownFrom::tangent) return {shown.a};
+  if (shown.kind == ShownFrom::chord) return {shown.a, shown.b};
+  const ShownFrame& own = model.parts[model.pieces[body].front()].shown;
+  if (shown.kind != ShownFrom::boundary || !own.differs) return {};
+  if (own.boundary == Boundary::clamped_free) return {own.root};
+  return {own.root, own.tip};
+}
+
+Pose shown_pose(const Model& model, int body, const ShownFrom& shown, Work& work, bool placed) {
   const int first = model.pieces[body].front();
   // The first piece of a curved beam lies along its chord, the body's frame along the curve.
   const Pose& piece = model.parts[first].rest_in_body;
   if (shown.kind == ShownFrom::body) return inverse(piece);
-  if (shown.kind == ShownFrom::boundary) return compose(shown_pose(model, first, work), inverse(piece));
+  if (shown.kind == ShownFrom::boundary)
+    return compose(placed ? shown_pose_at(model, first, work) : shown_pose(model, first, work), inverse(piece));
   if (shown.kind == ShownFrom::mean) {
     if (shown.mean_motion.size() == 0) return mean_of_chain(model, first, work);
     const Vec6 m = shown.mean_motion * work.parts[first].q;
     return {rotation_exp(m.tail<3>()), m.head<3>()};
   }
+  if (!placed) update_frame_pose(model, shown.a, work);
+  if (!placed && shown.kind == ShownFrom::chord) update_frame_pose(model, shown.b, work);
   const Pose a = in_first_part(model, first, shown.a, work);
   if (shown.kind == ShownFrom::tangent) return compose(a, inverse(shown.rest_a));
   const Vec3 chord = in_first_part(model, first, shown.b, work).p - a.p;

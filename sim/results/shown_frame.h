@@ -36,8 +36,11 @@ ShownFrom find_shown_frame(Model& model, const Scene& scene, int body);
 // Likewise from one frame of the body (its tangent) or two (their chord). where: begins messages.
 ShownFrom shown_from_frames(Model& model, const Scene& scene, int body, const std::vector<std::string>& names, const std::string& where);
 
-// Pose of the shown frame in the frame of the body's first part. Positions in `work` must be up to date; refreshes the frames it needs.
-Pose shown_pose(const Model& model, int body, const ShownFrom& shown, Work& work);
+// Pose of the shown frame in the frame of the body's first part. Positions in `work` must be up to date; refreshes the frames it needs,
+// unless they are `placed`.
+Pose shown_pose(const Model& model, int body, const ShownFrom& shown, Work& work, bool placed = false);
+// Those frames.
+std::vector<int> frames_of(const Model& model, int body, const ShownFrom& shown);
 
 // Translation (m) and rotation (rad) of the shown frame per elastic coordinate, for small deformations, in the body frame; of a body of one
 // part whose nodes move linearly with its coordinates. 6 x n.

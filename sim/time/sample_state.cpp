@@ -2,6 +2,7 @@
 
 #include "sim/dynamics/closure.h"
 #include "sim/dynamics/kinematics.h"
+#include "sim/dynamics/plane_frames.h"
 #include "sim/dynamics/velocities.h"
 #include "sim/time/unpack.h"
 
@@ -34,7 +35,7 @@ bool has_plane_samples(const System& system) {
   return std::abs(system.plane->axes.col(2).dot(g)) <= 1e-12 * g.norm();
 }
 
-Energy place_plane_sample(System& system, double t, const double* y) {
+Energy place_plane_sample(System& system, double t, const double* y, const std::vector<int>& frames) {
   const Model& model = system.model;
   unpack_state(system, y);
   update_expressions(system.model, t, system.work);
@@ -42,12 +43,14 @@ Energy place_plane_sample(System& system, double t, const double* y) {
   update_positions(model, work);
   update_velocities_alone(model, work);
   place_in_space(model, work, system.work);
+  for (const int f : frames) place_frame(model, f, work, system.work);
   place_load_frames(model, system.work);
   return compute_energy(model, work, system.work);
 }
 
-Energy place_space_sample(System& system, double t, const double* y) {
+Energy place_space_sample(System& system, double t, const double* y, const std::vector<int>& frames) {
   set_state(system, t, y, false);
+  for (const int f : frames) update_frame_pose(system.model, f, system.work);
   place_load_frames(system.model, system.work);
   return compute_energy(system.model, system.work);
 }

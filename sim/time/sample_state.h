@@ -10,11 +10,12 @@ namespace flexframe::sim {
 bool has_plane_samples(const System& system);
 
 // Brings the work in space to (t, y) by the scene's plane: coordinates and rates, every loop closed; what place_in_space (plane_work.h)
-// has, and the frames of springs. Inertias and accelerations are not made. Returns the energies of the system.
-Energy place_plane_sample(System& system, double t, const double* y);
+// has, the poses of `frames` besides, and of those of springs. Inertias and accelerations are not made. Returns the energies of the
+// system.
+Energy place_plane_sample(System& system, double t, const double* y, const std::vector<int>& frames = {});
 
-// The same by the equations in space: set_state, and the frames of springs, so that energies know them.
-Energy place_space_sample(System& system, double t, const double* y);
+// The same by the equations in space: set_state, and the poses.
+Energy place_space_sample(System& system, double t, const double* y, const std::vector<int>& frames = {});
 
 // Conditions of the loops that the partitions leave out, where the sample was placed last: throws as require_closed (closure.h).
 void require_sample_closed(System& system, bool in_plane);
