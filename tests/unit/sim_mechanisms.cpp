@@ -1,8 +1,11 @@
 // Benchmark mechanisms with published or closed-form answers, and what must not change an answer: a turned world, parent and child
 // exchanged.
 #include "mechanism_text.h"
+#include "sim/model/model_build.h"
 
 #include <gtest/gtest.h>
+
+#include <thread>
 
 namespace flexframe::sim {
 namespace {
@@ -328,6 +331,42 @@ TEST(Energies, SpringOnBeam) {
                             joint("pin", "revolute", "ground", "beam.root", "axis = [0, 0, 1]") +
                             "[[force]]\nkind = \"spring-damper\"\nfrom = \"ground\"\non = \"beam.middle\"\nstiffness = 300\nrest = 0.5\n";
   EXPECT_LT(energy_gap(run(scene, 1e-9)), 1e-9);
+}
+
+// Beams made before serve scenes that have the same ones, and no others: every word of a beam that changes its body, against the body that
+// a thread without any makes.
+TEST(Bodies, KeptOnesAreThoseOfTheScene) {
+  const auto scene = [](const std::string& more, const char* modulus = "7e10", const char* density = "2700",
+                        const char* diameter = "0.01") {
+    return parse_scene(fmt::format("[simulation]\nduration = 1\n[[body]]\nname = \"beam\"\nkind = \"beam\"\nlength = 1\n"
+                                   "section = {{ shape = \"circle\", diameter = {} }}\nmaterial = {{ density = {}, youngs_modulus = {} }}\n"
+                                   "{}\n[[joint]]\nname = \"pin\"\nkind = \"revolute\"\nparent = \"ground\"\nchild = \"beam.root\"\n"
+                                   "axis = [0, 0, 1]\n",
+                                   diameter, density, modulus, more),
+                       "kept.toml");
+  };
+  const std::string plain = "elements = 4\neffects = [\"bending_xy\"]";
+  const std::vector<Scene> scenes{scene(plain),
+                                  scene(plain, "8e10"),
+                                  scene(plain, "7e10", "2800"),
+                                  scene(plain, "7e10", "2700", "0.011"),
+                                  scene("elements = 5\neffects = [\"bending_xy\"]"),
+                                  scene("elements = 4\neffects = [\"bending_xy\", \"axial\"]"),
+                                  scene(plain + "\nkeep_modes = 2"),
+                                  scene(plain + "\nframes = { middle = 0.5 }"),
+                                  scene(plain + "\ndamping = { ratio = 0.01 }"),
+                                  scene(plain + "\nboundary = \"supported-supported\"")};
+  const auto same_body = [](const FlexibleBody& a, const FlexibleBody& b) {
+    return a.n == b.n && a.nodes.size() == b.nodes.size() && a.mass == b.mass && a.Ke.size() == b.Ke.size() && a.Ke == b.Ke &&
+           a.Me == b.Me && a.De.size() == b.De.size() && (a.De.size() == 0 || a.De == b.De) && a.nodes.back().phi == b.nodes.back().phi;
+  };
+  for (int round = 0; round < 2; ++round)
+    for (size_t i = 0; i < scenes.size(); ++i) {
+      FlexibleBody kept = build_model(scenes[i]).parts.front().body, kept_again = build_model(scenes[i]).parts.front().body, alone;
+      std::thread([&] { alone = build_model(scenes[i]).parts.front().body; }).join();
+      EXPECT_TRUE(same_body(kept, alone)) << i;
+      EXPECT_TRUE(same_body(kept_again, alone)) << i;
+    }
 }
 
 }  // namespace

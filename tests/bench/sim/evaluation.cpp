@@ -1,12 +1,15 @@
 // What a run of a scene costs and what of it: set-up (parse to the first step), one evaluation of the equations of motion, evaluations.
 //
-//   bench_evaluation SCENE... [--runs N] [--count N] [--batch N [--tolerance T]]
+//   bench_evaluation SCENE... [--runs N] [--count N] [--setup] [--batch N [--tolerance T]]
 //
 // CPU seconds are the least of N runs (five) without estimates of errors and effects, as the integrator has them. An evaluation is timed
 // at the states of the run's samples. With --count N nothing is timed and every scene is evaluated N times at its start, for counting
 // instructions, which do not depend on the machine's load:
 //
 //   valgrind --tool=callgrind --toggle-collect='flexframe::sim::state_rate*' bench_evaluation SCENE --count 100
+//
+// With --setup nothing is run: every scene is read and brought to its start (setup.py beside counts the instructions of that); --runs 1
+// where not given.
 //
 // With --batch N every scene is read once and run N times in a row with another gravity each time, as sweeps run a scene with other
 // numbers: runs a CPU second, histories of the outputs included, and how far off the first run is (of the ranges of its outputs, against a
@@ -24,6 +27,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <vector>
 
 namespace {
@@ -53,8 +57,10 @@ Cost measure(const std::string& file, long runs) {
   Cost out;
   for (long go = 0; go < runs; ++go) {
     double start = flexframe::test::process_seconds();
-    const Scene scene = read_scene(file);
-    System system = make_system(scene);
+    std::optional<System> made;
+    std::thread([&] { made = make_system(read_scene(file)); }).join();  // a thread of its own has kept no bodies
+    System& system = *made;
+    const Scene& scene = system.scene;
     out.setup = std::min(out.setup, flexframe::test::process_seconds() - start);
     const std::vector<double> times = sample_times(scene.simulation);
     RunSpan span = whole_run(scene.simulation, times);
@@ -86,6 +92,17 @@ void evaluate_often(const std::string& file, long count) {
   fmt::print("{}: {} evaluations, {} states, {}\n", file, count, y.size(), system.plane ? "in a plane" : "in space");
 }
 
+// Every time in a thread of its own, which has kept no bodies.
+void set_up(const std::string& file, long runs) {
+  double least = 1e9;
+  for (long go = 0; go < runs; ++go) {
+    const double start = flexframe::test::process_seconds();
+    std::thread([&] { make_system(read_scene(file)); }).join();
+    least = std::min(least, flexframe::test::process_seconds() - start);
+  }
+  fmt::print("{}: set-up {:.3f} ms\n", file, 1e3 * least);
+}
+
 void run_often(const std::string& file, long count, std::optional<double> tolerance) {
   Scene scene = read_scene(file);
   SimulateOptions options;
@@ -110,17 +127,24 @@ void run_often(const std::string& file, long count, std::optional<double> tolera
 
 int main(int count, char** words) {
   std::vector<std::string> scenes;
-  long repeats = 0, runs = 5, batch = 0;
+  long repeats = 0, runs = 0, batch = 0;
+  bool setup = false;
   std::optional<double> tolerance;
   for (int i = 1; i < count; ++i) {
     if (std::string_view(words[i]) == "--count" && i + 1 < count) repeats = std::atol(words[++i]);
     else if (std::string_view(words[i]) == "--batch" && i + 1 < count) batch = std::atol(words[++i]);
     else if (std::string_view(words[i]) == "--tolerance" && i + 1 < count) tolerance = std::atof(words[++i]);
     else if (std::string_view(words[i]) == "--runs" && i + 1 < count) runs = std::atol(words[++i]);
+    else if (std::string_view(words[i]) == "--setup") setup = true;
     else scenes.emplace_back(words[i]);
   }
+  if (setup) {
+    for (const std::string& file : scenes) set_up(file, std::max(1L, runs));
+    return 0;
+  }
+  if (runs == 0) runs = 5;
   if (scenes.empty()) {
-    fmt::print(stderr, "usage: bench_evaluation SCENE... [--runs N] [--count N] [--batch N [--tolerance T]]\n");
+    fmt::print(stderr, "usage: bench_evaluation SCENE... [--runs N] [--count N] [--setup] [--batch N [--tolerance T]]\n");
     return 2;
   }
   if (repeats == 0 && batch == 0)
