@@ -324,7 +324,10 @@ std::optional<Finished> Straight::followed(double within) const {
   task.straight = true;
   task.search.method = Method::exponential;
   const bool slow = std::any_of(fine_.units.begin(), fine_.units.end(), converges_slowly);
-  const double modes = (slow ? 1.5 : 0.7) * std::pow(t_.accuracy, -1.0 / 3.0);
+  // Of several bodies the stiffer ones get few modes or none, which nobody measures here.
+  int bodies = 0;
+  for (size_t b = 0; b < t_.search.scene().bodies.size(); ++b) bodies += t_.search.chooses(b);
+  const double modes = (slow || bodies > 1 ? 1.5 : 0.7) * std::pow(t_.accuracy, -1.0 / 3.0);
   if (slow) task.search.stiff_at_first *= 2;
   // Where rates decay too, steps cost what the fastest vibration asks for, whatever the tolerance.
   const double tolerance = t_.search.undamped ? 3e-4 * t_.accuracy : std::min(3e-4 * t_.accuracy, 1e-5 * std::sqrt(t_.accuracy));
