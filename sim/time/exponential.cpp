@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 namespace flexframe::sim {
@@ -21,8 +22,9 @@ constexpr double turned = 4.0, least_turned = 0.1;
 constexpr double worth_apart = 0.7, radians_of_span = 5.0;
 // Beyond that modes are not those of the matrix any more.
 constexpr double most_mixing = 0.003;
-constexpr int models_between = 3;                                        // where nothing is followed apart
-constexpr double changing = 0.2;                                         // share of a frequency's square
+constexpr int models_between = 3;  // where nothing is followed apart
+constexpr double changing = 0.2;   // share of a frequency's square
+constexpr double digits_share = 0.01;
 constexpr double aimed_at = 0.4, least_longer = 1.3, most_longer = 3.0;  // of what may be off its place; by how much more radians then
 // Of the radians of a series, those that the rest makes at least: one piece.
 constexpr double least_share = 0.9;
@@ -156,9 +158,13 @@ VecX ExponentialSolver::LinearModel::of_amounts(const VecX& amounts) const { ret
 void ExponentialSolver::set_modes(LinearModel& m, double h) {
   const Modes& before = model_.modes;
   const bool known = before.shapes.rows() == nw_;
+  const auto n = static_cast<double>(nw_);
+  const double radians = known ? before.frequencies.maxCoeff() * h : 0.0;
   // In pieces of a series: on the way to the middle and to the end they are followed to; what follows some of them apart costs.
-  m.plain = nw_ > 0 && known &&
-            1.5 * before.frequencies.maxCoeff() * h / radians_of_series(problem_.tolerance) < 4.0 + 0.06 * static_cast<double>(nw_);
+  const bool few = 1.5 * radians / radians_of_series(problem_.tolerance) < 4.0 + 0.06 * n;
+  // The digits that the slow modes' stiffness loses beside that of the fast ones in amounts, as a share of what it does within the step.
+  const bool lost = radians * radians * n * std::numeric_limits<double>::epsilon() > digits_share * problem_.tolerance;
+  m.plain = nw_ > 0 && known && (few || lost);
   if (&m != &model_) {
     m.modes.shapes = before.shapes;
     m.modes.gauges = before.gauges;
@@ -291,11 +297,8 @@ bool ExponentialSolver::solve(const LinearModel& m, const VecX& y, double t, con
     // A frequency that changes that much within the step has no place to rest at.
     const double away = std::max(std::abs(amounts.tau), std::abs(amounts.tau + reach.length));
     if (!((away * fast.array() * m.modes.A1.diagonal().array().abs() <= changing * m.modes.frequencies.array().square()).all())) break;
-    // A state to linearise about is freed from them anyway; what is less than the series leave out is as good as at rest.
-    const double swing =
-        (free.head(n).cwiseProduct(amounts.weights.p).squaredNorm() + free.tail(n).cwiseProduct(amounts.weights.w).squaredNorm()) /
-        amounts.weights.size;
-    if (reach.left_out > 0.0 && !(swing <= reach.negligible * reach.negligible)) {
+    // A state to linearise about is freed from them anyway. However small they are: their energy is not.
+    if (reach.left_out > 0.0) {
       out.free = follow_free(m.modes, amounts.weights, {free, amounts.tau, reach.length, reach.left_out, most_spans}, last.spans);
       if (out.free.empty()) {
         last.radians = most_longer * radians;
