@@ -19,7 +19,8 @@ constexpr double tightest = 1e-11;
 constexpr double shifted = 2.25;
 // What lies beyond the next modes too, where nothing damps the vibrations: shares that fall by 1.6 a mode add as squares.
 // Of stretching and twist under a force at the end it is as much again as twice the modes have brought: they fall as 1/n.
-constexpr double tail_undamped = 1.28, tail_stiff = 2.0;
+// Where a round brought what lacks down by more than such a fall does, it was bending that lacked.
+constexpr double tail_undamped = 1.28, tail_stiff = 2.0, faster_than_stiff = 2.3;
 // The elements behind half as many modes more are twice as many with this: they err by their number's square or its fourth power.
 constexpr double more_elements = 4.0 / 3.0;
 // What a round of refinement is thought to bring, however little the last one did (every second mode may have no part in the motion), and
@@ -43,6 +44,7 @@ struct Followed {
   Finished out;
   std::optional<Histories> here;                       // the run at the setting
   MatX time, space;                                    // errors, columns x samples
+  double brought = 0.0;                                // by all modes more, a round before; 0: not known
   double worst = 0.0;                                  // of the bodies' errors of space
   double lacked = 0.0;                                 // of space, a round before; 0: not known
   double before_round = search.cpu, last_round = 0.0;  // CPU s
@@ -226,7 +228,9 @@ bool Followed::judge_all_at_once() {
   const MatX left = relative(*judge, *here);
   const double of_space = beyond_time(largest(left), 2.0 * std::pow(largest(time), 2));
   const bool stiff = std::any_of(list.begin(), list.end(), [](const Refinement& r) { return r.stiff; });
-  space = of_space > 0.0 ? MatX(left * ((stiff ? tail_stiff : tail_undamped) * of_space / largest(left)))
+  const bool falls = brought > 0.0 && largest(left) * faster_than_stiff < brought;
+  brought = largest(left);
+  space = of_space > 0.0 ? MatX(left * ((stiff && !falls ? tail_stiff : tail_undamped) * of_space / largest(left)))
                          : MatX::Zero(time.rows(), time.cols());
   // Bodies pass what they lack on to each other (slider-crank with an elastic crank: 4.0e-3 told where 1.0e-2 was true).
   const bool several = std::any_of(list.begin(), list.end(), [&](const Refinement& r) { return r.body != list.front().body; });

@@ -156,6 +156,9 @@ VecX ExponentialSolver::LinearModel::of_amounts(const VecX& amounts) const { ret
 
 // For steps of h seconds: from those of the model before where they are close, else anew; none where there is no whole set of them.
 void ExponentialSolver::set_modes(LinearModel& m, double h) {
+  // Where motions drive all there is, nothing vibrates.
+  m.plain = true;
+  if (nw_ == 0) return;
   const Modes& before = model_.modes;
   const bool known = before.shapes.rows() == nw_;
   const auto n = static_cast<double>(nw_);
@@ -164,7 +167,7 @@ void ExponentialSolver::set_modes(LinearModel& m, double h) {
   const bool few = 1.5 * radians / radians_of_series(problem_.tolerance) < 4.0 + 0.06 * n;
   // The digits that the slow modes' stiffness loses beside that of the fast ones in amounts, as a share of what it does within the step.
   const bool lost = radians * radians * n * std::numeric_limits<double>::epsilon() > digits_share * problem_.tolerance;
-  m.plain = nw_ > 0 && known && (few || lost);
+  m.plain = known && (few || lost);
   if (&m != &model_) {
     m.modes.shapes = before.shapes;
     m.modes.gauges = before.gauges;
