@@ -1,10 +1,12 @@
 """Friction, stops, bounces, ropes that slacken, short pulses."""
 import itertools
 import math
+import random
 
 import numpy as np
 from cases.case import case
 from cases.common import TINY, g, out
+from kinds.wide import dropped_rod
 from scene import Scene, force, joint, output, rigid, simulation, spring
 from scipy.integrate import solve_ivp
 from truths.formulas import ode
@@ -378,3 +380,9 @@ def short_pulses():
         {},
         "a twitch of the base",
     )
+
+
+@case("a rod dropped along its axis on a stop as stiff as it is, in contact between two samples")
+def unseen_blows():
+    for seed in (0, 1, 2):
+        yield dropped_rod(random.Random(f"unseen blow {seed}"))
