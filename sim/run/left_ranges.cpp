@@ -1,5 +1,6 @@
 #include "sim/run/left_ranges.h"
 
+#include "sim/dynamics/contacts.h"
 #include "sim/dynamics/loads.h"
 #include "sim/scene/curve.h"
 #include "sim/scene/joint_kinds.h"
@@ -17,6 +18,10 @@ namespace {
 
 // A rope that lies straight without load is pushed by rounding: this share of the mechanism's weight and inertia forces is none.
 constexpr double no_push = 1e-6;
+
+// Of the distance of two spheres' centres as they touch: the force of a contact is meant for depths that are small beside it, and turns
+// round where the centres meet.
+constexpr double too_deep = 0.7;
 
 // Angle of a quaternion, rad, that goes on beyond half a turn where the quaternion was followed there.
 double turn_of(const double* q) { return 2.0 * std::atan2(Vec3(q[1], q[2], q[3]).norm(), q[0]); }
@@ -81,6 +86,15 @@ LeftRanges::LeftRanges(const System& system) {
     watched_.push_back(w);
     ropes_ = true;
   }
+  for (size_t k = 0; k < model.contacts.size(); ++k) {
+    const ContactDef& def = *model.loads[model.contacts[k].load].def.contact;
+    if (!(def.from_radius > 0.0)) continue;
+    Watched w{contact_name(model, static_cast<int>(k)),
+              "the bodies are pressed into each other so far that they may come out at the other side; take a larger stiffness"};
+    w.contact = static_cast<int>(k);
+    w.high = too_deep * (def.radius + def.from_radius);
+    watched_.push_back(w);
+  }
 }
 
 void LeftRanges::look(System& system, double t) {
@@ -96,6 +110,8 @@ void LeftRanges::look(System& system, double t) {
     double value = 0.0;
     if (w.coupling >= 0) {
       value = -reactions_.coupling[w.coupling];
+    } else if (w.contact >= 0) {
+      value = std::max(0.0, find_touch(model, system.work, model.contacts[w.contact]).depth);
     } else if (w.bushing >= 0) {
       w.last = followed(w.last, load_state(model, system.work, {w.bushing}).turn);
       const double q[] = {w.last.w(), w.last.x(), w.last.y(), w.last.z()};
@@ -118,6 +134,9 @@ void LeftRanges::warn(Notes& into) const {
   for (const Watched& w : watched_) {
     if (!w.left) continue;
     if (w.coupling >= 0) into.warn(w.owner, fmt::format("{}: from t = {:.6g} s on, with up to {:.4g} N", w.what, w.first, -w.farthest));
+    else if (w.contact >= 0)
+      into.warn(w.owner, fmt::format("{}: from t = {:.6g} s on, as deep as {:.4g} m of {:.4g} m between their centres", w.what, w.first,
+                                     w.farthest, w.high / too_deep));
     else
       into.warn(w.owner, fmt::format("{}: from t = {:.6g} s on, as far as {:.6g} (allowed: {:.6g} to {:.6g})", w.what, w.first, w.farthest,
                                      w.low, w.high));

@@ -1,5 +1,5 @@
 // What a run shows to have left the range in which its description holds: cams beyond their table, points beyond the end of their curve,
-// ropes that would have to push, springs on rotation vectors beyond half a turn.
+// ropes that would have to push, springs on rotation vectors beyond half a turn, spheres pressed through each other.
 #pragma once
 
 #include "sim/base/notes.h"
@@ -25,6 +25,7 @@ class LeftRanges {
     int part = -1, coordinate = 0;  // its coordinate, or
     int coupling = -1;              // the pull of this rope, N
     int quaternion = -1;            // the turn of these coordinates of the part, rad
+    int contact = -1;               // how deep this one is, m
     int bushing = -1;               // the turn of this load's ends against each other, rad
     Quat last{1.0, 0.0, 0.0, 0.0};  // of the bushing: where it was turned, followed beyond half a turn
     double low = 0.0, high = 0.0;

@@ -2,7 +2,7 @@
 import math
 
 import numpy as np
-from arrays import off, refused, simulate
+from arrays import off, refused, simulate, simulate_and_say
 from program import expect, near, run_parts
 from scene_text import output
 from scipy.integrate import solve_ivp
@@ -158,6 +158,18 @@ def balls(folder):
         off(2 * got[0] + got[1], 2 * v + u, 1e-6, "momentum of two balls")
 
 
+def too_soft(folder):
+    """Two balls of 0.1 m and 2 kg that meet at 3 m/s: by the energy of the blow they are pressed in by v sqrt(m / 2k), and warned of before
+    that reaches the distance of their centres, 0.2 m, where they would come out at the other side."""
+    for k, deep in ((1e5, 0.0095), (1e3, 0.0949), (2.6e2, 0.186), (1e2, 0.3)):
+        near(3 * math.sqrt(1 / k), deep, 0.001, "how deep by the energy")
+        text = simulation % (0.3, 500, "[0, 0, 0]") + ball("a", start="[0, 0, 0, 0, 0, 0]", rate="[1.5, 0, 0, 0, 0, 0]")
+        text += ball("ball", start="[0.21, 0, 0, 0, 0, 0]", rate="[-1.5, 0, 0, 0, 0, 0]")
+        text += touch(frm="a", more='against = "sphere"\nfrom_radius = 0.1', stiffness=k) + seen
+        said = simulate_and_say(folder, text)["said"]
+        expect(("come out at the other side" in said) == (deep > 0.15), f"stiffness {k}, {deep} m deep: {said}")
+
+
 def rods(folder):
     """A rod that a rail brings down on a ball that is held touches it with its side, an edge or a flat end."""
     rail = (
@@ -262,4 +274,4 @@ def wrong_words(folder):
     )
 
 
-run_parts(bounces, rests, rolls, inclines, balls, rods, exchanged, nothing_is_passed, slides_to_rest, wrong_words)
+run_parts(bounces, rests, rolls, inclines, balls, too_soft, rods, exchanged, nothing_is_passed, slides_to_rest, wrong_words)
