@@ -1,6 +1,6 @@
 #include "sim/model/fe_body.h"
 
-#include "sim/base/small_matrices.h"
+#include "sim/base/eigen_solvers.h"
 #include "sim/bodies/axis_mass.h"
 #include "sim/bodies/beam.h"
 #include "sim/bodies/beam_boundary.h"
