@@ -483,8 +483,10 @@ MatX mass_seen(const Layout& layout, const Elements& elements, Boundary boundary
   shapes(beam::free_coordinates(layout, boundary), Eigen::all) = seen;
   const auto times_mass = [&](const MatX& x) {
     MatX out = MatX::Zero(x.rows(), x.cols());
-    for (int e = 0; e < layout.elements; ++e)
-      out.middleRows(e * layout.per_node, 2 * layout.per_node) += elements[e].M * x.middleRows(e * layout.per_node, 2 * layout.per_node);
+    for (int e = 0; e < layout.elements; ++e) {
+      const int first = e * layout.per_node, count = 2 * layout.per_node;
+      out.middleRows(first, count) += elements[e].M * x.middleRows(first, count);
+    }
     return out;
   };
   const MatX rigid = beam::rigid_columns(layout, boundary);

@@ -107,11 +107,12 @@ std::vector<std::string> shown_words(const BodyDef& def) {
 
 ShownFrom shown_from_frames(Model& model, const Scene& scene, int body, const std::vector<std::string>& names, const std::string& where) {
   std::vector<int> frames;
+  frames.reserve(names.size());
   for (const std::string& name : names) frames.push_back(add_body_frame(model, scene, body, name, {}, where));
   if (coordinate_count(model, body) == 0) return {};
   if (frames.size() < 2) return from_tangent(model, frames.front());
   const auto* beam = std::get_if<BeamDef>(&scene.bodies[body].kind);
-  const ShownFrom chord = from_chord(model, frames[0], frames[1], beam != nullptr);
+  ShownFrom chord = from_chord(model, frames[0], frames[1], beam != nullptr);
   const double size = std::max(beam ? beam->length : 0.0, part_size(model, model.pieces[body].front()));
   if (!((chord.rest_b.p - chord.rest_a.p).norm() > 1e-9 * size))
     throw InputError(fmt::format("{} names two frames at one place, which have no chord; name one of them", where));

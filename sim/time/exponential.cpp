@@ -292,7 +292,10 @@ bool ExponentialSolver::solve(const LinearModel& m, const VecX& y, double t, con
   const double least = least_share * radians_of_series(problem_.tolerance),
                all = m.plain ? 0.0 : reach.length * m.modes.frequencies.maxCoeff();
   const int most_spans = static_cast<int>(std::min(all / radians_of_span, 1000.0));
-  for (double radians = std::max(least, last.radians); radians < worth_apart * all; radians = last.radians) {
+  // Wider as long as what is followed apart leaves too much.
+  last.radians = std::max(least, last.radians);
+  while (last.radians < worth_apart * all) {
+    const double radians = last.radians;
     Amounts rest = amounts;
     VecX fast;
     const double limit = radians / reach.length;
