@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 from scipy.interpolate import CubicSpline
+from scipy.linalg import eigh
 
 from scene import Scene, beam, force, joint, output, pick, rigid, simulation, weld
 from truths.formulas import beam_matrices, ode, restarted
