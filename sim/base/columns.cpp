@@ -1,19 +1,8 @@
 #include "sim/base/columns.h"
 
-#include "sim/base/wide.h"
+#include "sim/base/four.h"
 
 namespace flexframe::sim {
-
-namespace {
-
-using Four [[gnu::vector_size(32)]] = double;
-struct [[gnu::packed, gnu::may_alias]] AnyFour {
-  Four v;
-};
-FLEXFRAME_INLINE AnyFour& four(double* p) { return *reinterpret_cast<AnyFour*>(p); }
-FLEXFRAME_INLINE const AnyFour& four(const double* p) { return *reinterpret_cast<const AnyFour*>(p); }
-
-}  // namespace
 
 void set_negative_to_parent(const Pose& a, const Mat6X& B, Mat6X& C) {
   for (Eigen::Index k = 0; k < B.cols(); ++k) C.col(k) = -to_parent(a, B.col(k));

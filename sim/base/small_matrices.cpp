@@ -1,6 +1,6 @@
 #include "sim/base/small_matrices.h"
 
-#include "sim/base/wide.h"
+#include "sim/base/four.h"
 
 #include <Eigen/LU>
 
@@ -9,15 +9,6 @@
 
 namespace flexframe::sim {
 namespace {
-
-// Four values that lie one after the other, anywhere. Loops over them are written out: left to itself the compiler takes eight at a time
-// and goes through up to seven that are left one by one, which is most of the work for columns of ten to thirty.
-using Four [[gnu::vector_size(32)]] = double;
-struct [[gnu::packed, gnu::may_alias]] AnyFour {
-  Four v;
-};
-inline AnyFour& four(double* p) { return *reinterpret_cast<AnyFour*>(p); }
-inline const AnyFour& four(const double* p) { return *reinterpret_cast<const AnyFour*>(p); }
 
 // Where a column's loop over rows k..n-1 starts, so that its length is a multiple of four and no remainder is left: up to three rows
 // early, in the half that nobody reads.

@@ -1,5 +1,6 @@
 #include "sim/dynamics/reduced_mass.h"
 
+#include "sim/base/four.h"
 #include "sim/base/small_matrices.h"
 #include "sim/base/wide.h"
 #include "sim/bodies/axis_mass.h"
@@ -13,12 +14,6 @@
 namespace flexframe::sim {
 namespace {
 
-using Four [[gnu::vector_size(32)]] = double;
-struct [[gnu::packed, gnu::may_alias]] AnyFour {
-  Four v;
-};
-FLEXFRAME_INLINE AnyFour& four(double* p) { return *reinterpret_cast<AnyFour*>(p); }
-FLEXFRAME_INLINE const AnyFour& four(const double* p) { return *reinterpret_cast<const AnyFour*>(p); }
 FLEXFRAME_INLINE double sum(const Four& s) { return (s[0] + s[1]) + (s[2] + s[3]); }
 
 constexpr int most = 24;                    // equations

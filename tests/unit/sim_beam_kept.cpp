@@ -23,6 +23,16 @@ struct Case {
   std::string what;
 };
 
+// Translations and rotations of all nodes per coordinate.
+MatX motion_of_nodes(const FlexibleBody& body) {
+  MatX out(static_cast<Eigen::Index>(6 * body.nodes.size()), body.n);
+  for (size_t i = 0; i < body.nodes.size(); ++i) {
+    const auto r = static_cast<Eigen::Index>(6 * i);
+    out.middleRows(r, 3) = body.nodes[i].phi, out.middleRows(r + 3, 3) = body.nodes[i].psi;
+  }
+  return out;
+}
+
 BeamDef plain_beam(int elements, Boundary boundary = Boundary::clamped_free) {
   BeamDef def;
   def.length = 1.3;
@@ -299,13 +309,7 @@ TEST(BeamKept, ConstantsAreThoseOfAllCoordinates) {
       SCOPED_TRACE(fmt::format("boundary {}, variant {}, {} coordinates", static_cast<int>(boundary), variant, few.n));
       ASSERT_EQ(few.nodes.size(), whole.nodes.size());
       // T: the shapes in the elements' coordinates, from the motion of the nodes.
-      const auto rows = static_cast<Eigen::Index>(6 * whole.nodes.size());
-      MatX A(rows, whole.n), B(rows, few.n);
-      for (size_t i = 0; i < whole.nodes.size(); ++i) {
-        const auto r = static_cast<Eigen::Index>(6 * i);
-        A.middleRows(r, 3) = whole.nodes[i].phi, A.middleRows(r + 3, 3) = whole.nodes[i].psi;
-        B.middleRows(r, 3) = few.nodes[i].phi, B.middleRows(r + 3, 3) = few.nodes[i].psi;
-      }
+      const MatX A = motion_of_nodes(whole), B = motion_of_nodes(few);
       const MatX T = least_squares(A, B);
       EXPECT_LT((A * T - B).cwiseAbs().maxCoeff(), 1e-9 * B.cwiseAbs().maxCoeff());
       const auto expect = [&](const MatX& found, const MatX& all, const std::string& what) {
@@ -335,7 +339,7 @@ TEST(BeamKept, ConstantsAreThoseOfAllCoordinates) {
       named.keep_modes.reset();
       const FlexibleBody seen = make_fe_beam(named, c.effects);
       ASSERT_EQ(kept.coordinates.rows(), seen.n);
-      MatX apart(rows, few.n), rigid = MatX::Zero(rows, 6);
+      MatX apart(A.rows(), few.n), rigid = MatX::Zero(A.rows(), 6);
       for (size_t i = 0; i < seen.nodes.size(); ++i) {
         const auto r = static_cast<Eigen::Index>(6 * i);
         apart.middleRows(r, 3) = seen.nodes[i].phi * kept.coordinates - few.nodes[i].phi;
@@ -355,13 +359,7 @@ TEST(BeamKept, MassOfTheAxisIsThatOfAllCoordinates) {
   c.effects = {.axial = true, .bending_xy = true, .bending_xz = true, .torsion = true, .stiffening = true};
   const FlexibleBody whole = whole_body(c);
   const FlexibleBody few = make_kept_beam(c.def, c.effects, {2, 3, 3, 2}, {{"root", true, true, false}}).body;
-  const auto rows = static_cast<Eigen::Index>(6 * whole.nodes.size());
-  MatX A(rows, whole.n), B(rows, few.n);
-  for (size_t i = 0; i < whole.nodes.size(); ++i) {
-    const auto r = static_cast<Eigen::Index>(6 * i);
-    A.middleRows(r, 3) = whole.nodes[i].phi, A.middleRows(r + 3, 3) = whole.nodes[i].psi;
-    B.middleRows(r, 3) = few.nodes[i].phi, B.middleRows(r + 3, 3) = few.nodes[i].psi;
-  }
+  const MatX A = motion_of_nodes(whole), B = motion_of_nodes(few);
   const MatX T = least_squares(A, B);
   const VecX q = VecX::LinSpaced(few.n, 1.0, -1.0) * (0.2 / B.cwiseAbs().maxCoeff());
   BodyTerms small, large;
