@@ -65,6 +65,8 @@ constexpr double most_radians = 1000.0;
 constexpr double worth_telling = 2e5;
 // Notes about events: a page of them tells enough, their number stands in the statistics.
 constexpr size_t most_notes = 200;
+// Times that differ by rounding alone.
+constexpr double same_time = 1e-12;
 // So many events within that share of the run: what both pieces drive back to their threshold.
 constexpr long many_events = 1000;
 constexpr double no_time = 1e-8;
@@ -364,10 +366,13 @@ void MotionRun::require_progress(double now) {
 
 // The samples that the step passed; true if there were any.
 bool MotionRun::hand_out_samples(double now) {
-  const bool sampled = next < times.size() && times[next] <= now;
-  for (; next < times.size() && times[next] <= now; ++next) {
-    integrator->interpolate(times[next], at);
-    sample(system, times[next], at);
+  // A sample that is later by rounding alone belongs to the piece that ends here: what jumps at its time is told as it was before.
+  const double until = now * (1.0 + same_time);
+  const bool sampled = next < times.size() && times[next] <= until;
+  for (; next < times.size() && times[next] <= until; ++next) {
+    const double t = std::min(times[next], now);
+    integrator->interpolate(t, at);
+    sample(system, t, at);
   }
   at_work.valid = false;
   return sampled;

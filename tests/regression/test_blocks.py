@@ -56,6 +56,19 @@ def continuous(folder):
     off(h["x"], integral(spaced, [0, 0, 0.1, -0.2], h["t"])[0], 1e-7, "a state-space block with two inputs and outputs")
 
 
+def read_where_samples_fall(folder):
+    """What jumps at a sample's time is told as it was before, though k T and n / rate differ by rounding."""
+    T = 1 / 12
+    held = f'[[block]]\nname = "held"\nkind = "state-space"\ninput = "t"\nD = [[2]]\nsample = {T!r}\n'
+    held += '[[output]]\nname = "h"\nof = "held"\nquantity = "output"\n'
+    switched = f't > {T * 19!r} ? 1 : 0'
+    pushed = '[[output]]\nname = "f"\nof = "motor"\nquantity = "force"\n'
+    h = simulate(folder, plant.replace("output_rate = 100", "output_rate = 12") + held + push % switched + pushed)
+    k = np.arange(37)
+    off(h["h"], 2 * T * np.maximum(k - 1, 0), 1e-12, "a block that reads at every sample")
+    off(h["f"], np.where(k > 19, 1.0, 0.0), 1e-12, "a force that switches at a sample")
+
+
 def sampled(folder):
     """The command is held between samples: the motion is an exact recursion."""
     T = 0.02
@@ -125,4 +138,4 @@ def wrong_words(folder):
     )
 
 
-run_parts(continuous, sampled, balances, wrong_words)
+run_parts(continuous, sampled, read_where_samples_fall, balances, wrong_words)

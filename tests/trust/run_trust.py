@@ -31,12 +31,14 @@ import numpy as np
 
 sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).parents[1])]
 import kinds.asked  # noqa: E402
+import kinds.conditions  # noqa: E402
 import kinds.contact  # noqa: E402
 import kinds.coupled  # noqa: E402
 import kinds.effects  # noqa: E402
 import kinds.exact  # noqa: E402
 import kinds.frames  # noqa: E402
 import kinds.machines  # noqa: E402
+import kinds.measures  # noqa: E402
 import kinds.motion  # noqa: E402
 import kinds.plane  # noqa: E402
 import kinds.random  # noqa: E402
@@ -127,6 +129,8 @@ KINDS = (
     + kinds.random.KINDS
     + kinds.written.KINDS
     + kinds.plane.KINDS
+    + kinds.conditions.KINDS
+    + kinds.measures.KINDS
 )
 DEFAULT_CLAIM, ESTIMATES = 0.01, 5.0
 # Of the largest number of a reaction: what is less is rounding. In runs of the richer model it grows where a direction is unstable (a rope

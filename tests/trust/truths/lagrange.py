@@ -66,7 +66,7 @@ def cross_axes(axis):
 
 
 SIZES = {"weld": 0, "revolute": 1, "screw": 1, "prismatic": 1, "cylindrical": 2, "universal": 2}
-SIZES |= {"constant-velocity": 2, "spherical": 3, "planar": 3, "free": 6}
+SIZES |= {"constant-velocity": 2, "pin-slot": 2, "spherical": 3, "planar": 3, "free": 6}
 
 
 class Joint:
@@ -100,6 +100,8 @@ class Joint:
             return turn(along(0, self.x) + along(1, self.y)), none
         if k == "spherical":
             return turn(q[..., :3]), none
+        if k == "pin-slot":
+            return turns_about(a, q[..., 1]), along(0, self.x)
         if k == "planar":
             return turns_about(a, q[..., 2]), along(0, self.x) + along(1, self.y)
         return turn(q[..., 3:6]), q[..., :3]
