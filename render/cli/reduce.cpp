@@ -255,7 +255,7 @@ Command add_reduce(Program& program) {
       .range(0.0, 1.0)
       .show_default();
   app.option("--interface", w->request.interfaces,
-             "[NAME=]NODE, a spider's name, [NAME=]rigid:SET[@x,y,z] or [NAME=]average:SET[@x,y,z]; may be repeated")
+             "[NAME=]NODE, a spider's name, [NAME=]rigid:SET[@x,y,z] or [NAME=]average:SET[@x,y,z], x y z in m; may be repeated")
       .as("WHERE");
   app.option("--hold", w->request.hold, "'model' (*BOUNDARY), 'none', or a node set; default: the model's if it has any")
       .as("NAME")

@@ -106,6 +106,19 @@ Vec3 middle(const FeModel& model, const std::vector<int>& nodes) {
   return 0.5 * (lower + higher);
 }
 
+// A place so many times the model's size away from the nodes that it moves is given in the model's units, as a rule.
+constexpr double far_away = 10.0;
+void warn_of_far_place(FeModel& model, const std::string& text, double distance) {
+  Vec3 lower = model.nodes[0], higher = lower;
+  for (const Vec3& p : model.nodes) lower = lower.cwiseMin(p), higher = higher.cwiseMax(p);
+  const double diagonal = (higher - lower).norm();
+  if (distance <= far_away * diagonal) return;
+  model.warnings.push_back(
+      fmt::format("interface '{}': its place is {:.3g} m from the nodes that it moves, {:.2g} times the size of the model "
+                  "({:.3g} m); @x,y,z are in metres, whatever the units of the model",
+                  text, distance, distance / diagonal, diagonal));
+}
+
 // "rigid:SET[@x,y,z]" or "average:SET[@x,y,z]": a new spider with a new reference node; its index.
 int add_spider(FeModel& model, const std::string& name, const std::string& what, const std::string& text) {
   const auto colon = what.find(':'), place = what.find('@', colon);
@@ -121,7 +134,9 @@ int add_spider(FeModel& model, const std::string& name, const std::string& what,
   if (place != std::string::npos) {
     const auto given = numbers_of(what.substr(place + 1), 3);
     if (!given) throw InputError(fmt::format("interface '{}': @x,y,z in metres is expected", text));
-    centre = Vec3((*given)[0], (*given)[1], (*given)[2]);
+    const Vec3 place_given((*given)[0], (*given)[1], (*given)[2]);
+    warn_of_far_place(model, text, (place_given - centre).norm());
+    centre = place_given;
   }
   spider.node = static_cast<int>(model.nodes.size());
   model.node_ids.push_back(*std::max_element(model.node_ids.begin(), model.node_ids.end()) + 1);

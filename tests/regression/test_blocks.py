@@ -61,7 +61,7 @@ def read_where_samples_fall(folder):
     T = 1 / 12
     held = f'[[block]]\nname = "held"\nkind = "state-space"\ninput = "t"\nD = [[2]]\nsample = {T!r}\n'
     held += '[[output]]\nname = "h"\nof = "held"\nquantity = "output"\n'
-    switched = f't > {T * 19!r} ? 1 : 0'
+    switched = f"t > {T * 19!r} ? 1 : 0"
     pushed = '[[output]]\nname = "f"\nof = "motor"\nquantity = "force"\n'
     h = simulate(folder, plant.replace("output_rate = 100", "output_rate = 12") + held + push % switched + pushed)
     k = np.arange(37)

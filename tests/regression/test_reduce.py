@@ -68,4 +68,10 @@ with temporary_folder() as name:
     for k, wanted_frequency in enumerate(full):
         near(assembled[k], wanted_frequency, 0.01 * wanted_frequency, f"frequency {k + 1} of the clamped beam")
 
+    # A place in millimetres, as a deck in them suggests, lies far outside.
+    near_end = ["--interface", "tip=rigid:TIP@0.4,0,0"]
+    expect(not any("@x,y,z" in w for w in reduce("near.sid", *near_end)["warnings"]), "a place beside the beam is warned of")
+    far_end = ["--interface", "tip=rigid:TIP@400,0,0"]
+    expect(any("@x,y,z are in metres" in w for w in reduce("far.sid", *far_end)["warnings"]), "a place 400 m away is not warned of")
+
 finish()

@@ -110,6 +110,14 @@ SHORT = [
     "statespace_body",
     "rolled_strip",
     "governor",
+    "cam_follower",
+    "rope_machine",
+    "pin_in_slot",
+    "regularised_rub",
+    "swinging_spring",
+    "shown_from",
+    "outputs_of_blocks",
+    "discs_on_beam",
 ]
 KINDS = (
     kinds.statics.KINDS

@@ -71,7 +71,9 @@ def cam_follower(r):
             "bearing": np.stack([none, none + m * g, none, none, none, motor], 1),
         }
 
-    return Scene(text, truth, {"bearing": m * (W * W * h + g)}, f"lift {h / R:.2g} of the radius, {n} a turn, {'driven' if driven else 'free'}")
+    return Scene(
+        text, truth, {"bearing": m * (W * W * h + g)}, f"lift {h / R:.2g} of the radius, {n} a turn, {'driven' if driven else 'free'}"
+    )
 
 
 def rope_machine(r):
@@ -207,7 +209,9 @@ def pin_in_slot(r):
     text = (
         simulation(duration, 100 / duration, (0, 0, -g))
         + "".join(rigid(n, m[i], [J[i]] * 3, centre=centres[i]) for i, n in enumerate(("hub", "slider")))
-        + joint("turn", "revolute", "ground", "hub", f"axis = {numbers(hub.axis)}\ninitial = {{ value = {start[0]!r}, rate = {rates[0]!r} }}")
+        + joint(
+            "turn", "revolute", "ground", "hub", f"axis = {numbers(hub.axis)}\ninitial = {{ value = {start[0]!r}, rate = {rates[0]!r} }}"
+        )
         + joint(
             "slot",
             "pin-slot",

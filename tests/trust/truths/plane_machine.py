@@ -95,7 +95,7 @@ class Machine:
 
     def revolute(self, name, parent, child, motion=None, spring=None, stop=None, more=""):
         """motion: (text, function) of t, beginning at 0: what the joint turns from its start. spring: (stiffness, damping), at rest at the
-        start. stop: (upper, stiffness, damping), from the start."""
+        start. stop: (upper, stiffness, damping), from the start; it never pulls."""
         p, c = self.point(parent), self.point(child)
         turn = self.pose(child)[2] - self.pose(parent)[2]
         rows = {"pin": self.plane.pin(c, p)}
@@ -120,7 +120,8 @@ class Machine:
             if stop:
                 deep = angle - stop[0]
                 on = (deep.real > 0) if np.iscomplexobj(deep) else deep > 0
-                M = M - np.where(on, stop[1] * deep + stop[2] * rate, 0.0)
+                push = stop[1] * deep + stop[2] * rate
+                M = M - np.where(on & (push.real > 0), push, 0.0)  # it never pulls
             return M
 
         def load(t, q, v, Q):
@@ -309,7 +310,7 @@ class Machine:
             k = b["first"] + min(max(element, 1), b["elements"] - 2)
             M -= (cuts[k - 1, 2] - 2 * cuts[k, 2] + cuts[k + 1, 2]) / 24
             if stress:
-                return [(abs(N) / s["area"] + abs(M) * s["height"] / 2 / s["iz"])]
+                return [largest_stress(s, N, V, M)]
             return [N, V, np.nan, np.nan, np.nan, M]
 
         at = (element + 0.5) / b["elements"]
@@ -345,6 +346,16 @@ class Machine:
 
         scales = {k: s for k, (_, s, _) in self.readings.items() if s}
         return Scene(text, truth, scales, what, words=words, claim=claim)
+
+
+def largest_stress(s, N, V, M):
+    """Largest von Mises stress of a section under pull, shear and bending, Pa. Of a rectangle with V Q / (I b); of others where bending and
+    pull decide, else not known (NaN)."""
+    pull, bends, shear = abs(N) / s["area"], abs(M) * s["height"] / 2 / s["iz"], abs(V) / s["area"]
+    if '"rectangle"' in s["text"]:
+        y = np.linspace(0, 1, 41)
+        return float(np.sqrt((pull + bends * y) ** 2 + 3 * (1.5 * shear * (1 - y * y)) ** 2).max())
+    return pull + bends if pull + bends > 4 * math.sqrt(3) * shear else math.nan
 
 
 def turned(d, angle):
