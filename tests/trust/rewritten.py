@@ -88,7 +88,8 @@ def beside(scene):
         {"name": "far_angle", "quantity": "value", "of": "far_hinge"},
         {"name": "tiny_place", "quantity": "value", "of": "tiny_slide"},
     ]
-    return scene | {"body": scene["body"] + bodies, "joint": scene["joint"] + joints, "output": scene["output"] + added}
+    outputs = [o for o in scene["output"] if o.get("of") != "system"]  # of which the new bodies are a part
+    return scene | {"body": scene["body"] + bodies, "joint": scene["joint"] + joints, "output": outputs + added}
 
 
 def tighter(scene):
