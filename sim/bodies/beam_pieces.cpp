@@ -63,6 +63,13 @@ class Carried {
   Mat3 axes_ = Mat3::Identity();
 };
 
+// Chords of an even bend are as long as one another to the digits of the curve's spline: rounded to these, so that their pieces are one
+// body and made once (model/fe_body). What a piece begins and ends with is not moved.
+double even_length(double chord, double length) {
+  const double grid = 1e-10 * length;
+  return grid * std::round(chord / grid);
+}
+
 double chord_length(const BeamDef& beam, int k) {
   const double from = piece_start(beam, k);
   return (beam.axis->at(from + piece_length(beam, k)).place - beam.axis->at(from).place).norm();
@@ -161,7 +168,7 @@ BeamDef piece_of(const BeamDef& beam, int k, double time_constant) {
   out.length = beam.stations.empty() ? beam.length / pieces : piece_length(beam, k);
   if (beam.axis) {
     // Along its chord, with the mass and the flexibility of the curve, which is longer.
-    const double chord = chord_length(beam, k);
+    const double chord = even_length(chord_length(beam, k), out.length);
     out.material.density *= out.length / chord;
     out.material.youngs_modulus *= chord / out.length;
     out.length = chord;

@@ -18,9 +18,12 @@
 namespace flexframe::sim {
 namespace {
 
+// As std::isspace in the language of the programs, "C", which a call a character tells no better.
+bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
+
 std::string_view trim(std::string_view s) {
-  while (!s.empty() && std::isspace(static_cast<unsigned char>(s.front()))) s.remove_prefix(1);
-  while (!s.empty() && std::isspace(static_cast<unsigned char>(s.back()))) s.remove_suffix(1);
+  while (!s.empty() && is_space(s.front())) s.remove_prefix(1);
+  while (!s.empty() && is_space(s.back())) s.remove_suffix(1);
   return s;
 }
 
@@ -29,7 +32,7 @@ std::string keyword(std::string_view s) {
   std::string out;
   bool blank = false;
   for (char c : trim(s)) {
-    if (std::isspace(static_cast<unsigned char>(c))) {
+    if (is_space(c)) {
       blank = true;
       continue;
     }
@@ -70,7 +73,7 @@ struct Lines {
   [[noreturn]] void fail(const std::string& message, int at = 0) const {
     throw InputError(fmt::format("{}:{}: {}", name, at ? at : std::max(number, 1), message));
   }
-  void need(const std::string& what) {
+  void need(std::string_view what) {
     if (!next()) fail(fmt::format("the file ends where {} is expected: it is cut short", what));
   }
 };
@@ -80,6 +83,10 @@ bool parse_real(std::string_view s, double& value) {
   s = trim(s);
   if (!s.empty() && s.front() == '+') s.remove_prefix(1);
   if (s.empty() || s.size() > 80) return false;
+  // As this language writes them, most of them.
+  if (const auto [end, error] = std::from_chars(s.data(), s.data() + s.size(), value);
+      error == std::errc() && end == s.data() + s.size() && std::isfinite(value))
+    return true;
   char buffer[96];
   size_t n = 0;
   bool exponent = false;
@@ -93,7 +100,7 @@ bool parse_real(std::string_view s, double& value) {
       exponent = true;
     }
     if (c == '+') continue;
-    if (!(std::isdigit(static_cast<unsigned char>(c)) || c == '.' || c == '-' || c == 'e')) return false;
+    if (!((c >= '0' && c <= '9') || c == '.' || c == '-' || c == 'e')) return false;
     buffer[n++] = c;
   }
   const auto [end, error] = std::from_chars(buffer, buffer + n, value);
@@ -237,9 +244,7 @@ class Reader {
   // A whole number at the head of the text, taken off it; after it comes a blank, a colon or the end.
   static bool take_count(std::string_view& text, int& value) {
     text = trim(text);
-    const size_t end =
-        std::find_if(text.begin(), text.end(), [](char c) { return c == ':' || std::isspace(static_cast<unsigned char>(c)); }) -
-        text.begin();
+    const size_t end = std::find_if(text.begin(), text.end(), [](char c) { return c == ':' || is_space(c); }) - text.begin();
     if (!parse_int(text.substr(0, end), value)) return false;
     text.remove_prefix(end);
     return true;
@@ -325,8 +330,9 @@ class Reader {
 
   void read_node(int index, const std::string& end) {
     const int begin = lines.number;
+    const std::string needed = fmt::format("'{}'", end);
     for (;;) {
-      lines.need(fmt::format("'{}'", end));
+      lines.need(needed);
       const std::string word = keyword(lines.line);
       if (word == end) break;
       std::string_view value;
@@ -398,6 +404,7 @@ class Reader {
     SidTaylor& t = raw.block;
     t.rows = t.columns = -1;
     const std::string end = fmt::format("'end {}'", raw.name);
+    raw.raw.reserve(16);
     for (;;) {
       lines.need(end);
       const std::string_view line = lines.line;
@@ -410,17 +417,18 @@ class Reader {
         raw.raw.push_back(read_entry(line));
         continue;
       }
-      std::string_view value;
-      const std::pair<const char*, int*> keys[] = {{"order", &t.order}, {"nrow", &t.rows},     {"ncol", &t.columns},
-                                                   {"nq", &t.modes},    {"nqn", &t.nonlinear}, {"structure", &t.structure}};
-      bool found = false;
-      for (const auto& [key, target] : keys)
-        if (key_value(line, key, value)) {
-          found = true;
-          if (!parse_int(value, *target) || *target < 0)
-            lines.fail(fmt::format("{} = '{}' of block {}: an integer >= 0 is expected", key, shown(value), raw.name));
+      if (const size_t equals = line.find('='); equals != std::string_view::npos) {
+        const std::pair<const char*, int*> keys[] = {{"order", &t.order}, {"nrow", &t.rows},     {"ncol", &t.columns},
+                                                     {"nq", &t.modes},    {"nqn", &t.nonlinear}, {"structure", &t.structure}};
+        const std::string given = keyword(line.substr(0, equals));
+        const auto key = std::find_if(std::begin(keys), std::end(keys), [&](const auto& known) { return given == known.first; });
+        if (key != std::end(keys)) {
+          const std::string_view value = trim(line.substr(equals + 1));
+          if (!parse_int(value, *key->second) || *key->second < 0)
+            lines.fail(fmt::format("{} = '{}' of block {}: an integer >= 0 is expected", key->first, shown(value), raw.name));
+          continue;
         }
-      if (found) continue;
+      }
       if (keyword(line) == "end " + word) break;
       lines.fail(fmt::format(
           "block {} (line {}): an entry m0(r, c), m1(r, mode, c), mn(...), a key (order nrow ncol nq nqn structure) or 'end {}' is "

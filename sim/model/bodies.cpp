@@ -344,9 +344,9 @@ std::vector<ChainJoint> make_parts(Model& model, const Scene& scene) {
       ChainJoint j;
       model.frames.push_back(FramePoint{here - 1, -1, {}, "tip", model.parts[here - 1].name + ".tip"});
       if (beam->axis) {
-        Pose end = piece_pose(*beam, k - 1);
+        Pose end = model.parts[here - 1].rest_in_body;
         end.p += end.R.col(0) * piece_of(*beam, k - 1, 0.0).length;
-        model.frames.back().offset = compose(inverse(end), piece_pose(*beam, k));
+        model.frames.back().offset = compose(inverse(end), model.parts[here].rest_in_body);
       }
       j.frame_a = static_cast<int>(model.frames.size()) - 1;
       model.frames.push_back(FramePoint{here, -1, {}, "root", part.name + ".root"});

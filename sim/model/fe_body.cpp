@@ -146,6 +146,15 @@ struct KeptBody {
 constexpr size_t kept_bodies = 6;
 constexpr Eigen::Index most_kept = 200000;  // numbers, about, of a body that is kept
 
+Eigen::Index numbers_of(const FlexibleBody& body) {
+  Eigen::Index out = 3 * static_cast<Eigen::Index>(body.nodes.size() + 4) * body.n * body.n;
+  if (has_axis_mass(body)) {
+    out += body.axis.phi.size() + body.axis.once.size() + body.axis.twice.size() + body.axis.Me.size();
+    for (const MatX& row : body.axis.row) out += row.size();
+  }
+  return out;
+}
+
 }  // namespace
 
 FeBody fe_body(const BeamDef& beam, const BeamEffects& effects, const std::vector<HeldPoint>& held, bool damped) {
@@ -158,8 +167,7 @@ FeBody fe_body(const BeamDef& beam, const BeamEffects& effects, const std::vecto
     return kept.back().made;
   }
   FeBody made = make_fe_body(beam, effects, held, damped);
-  const FlexibleBody& body = made.body;
-  if (!has_axis_mass(body) && 3 * static_cast<Eigen::Index>(body.nodes.size() + 4) * body.n * body.n <= most_kept) {
+  if (numbers_of(made.body) <= most_kept) {
     if (kept.size() == kept_bodies) kept.erase(kept.begin());
     kept.push_back({beam, effects, held, damped, made});
   }

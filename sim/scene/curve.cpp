@@ -1,5 +1,7 @@
 #include "sim/scene/curve.h"
 
+#include "sim/scene/spline.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,7 +13,7 @@ namespace flexframe::sim {
 namespace {
 
 // Parts of every stretch between two points; fewer where there are many points.
-int parts_of_stretch(size_t points) { return std::clamp<int>(static_cast<int>(20000 / points), 2, 16); }
+int parts_of_stretch(size_t points) { return std::clamp<int>(static_cast<int>(8000 / points), 2, 16); }
 
 std::vector<CubicTable> splines(const std::vector<double>& u, const std::vector<Vec3>& points, std::optional<double> period) {
   std::vector<CubicTable> out;
@@ -25,15 +27,31 @@ std::vector<CubicTable> splines(const std::vector<double>& u, const std::vector<
   return out;
 }
 
-Vec3 place(const std::vector<CubicTable>& xyz, double u) { return {xyz[0].value(u), xyz[1].value(u), xyz[2].value(u)}; }
+// The spline through the given points, by the length of their chords u; of a closed curve the first point is the last one again.
+struct Through {
+  const std::vector<double>& u;
+  std::array<std::vector<double>, 3> y, m;
+  Through(const std::vector<double>& by, const std::vector<Vec3>& points, bool closed) : u(by) {
+    for (size_t k = 0; k < 3; ++k) {
+      y[k].reserve(u.size());
+      for (size_t i = 0; i < u.size(); ++i) y[k].push_back(points[i % points.size()][static_cast<Eigen::Index>(k)]);
+      m[k] = spline_curvatures(u, y[k], closed);
+    }
+  }
+  // Between the points i and i + 1.
+  TimeJet jet(size_t k, size_t i, double at) const { return spline_jet(u, y[k], m[k], i, at); }
+  Vec3 place(size_t i, double at) const { return {jet(0, i, at).value, jet(1, i, at).value, jet(2, i, at).value}; }
+};
 
 // Slope of a spline between two of its points, a parabola: its values at both ends and in the middle are all of it.
 struct SlopeBetween {
   Vec3 begin, linear, square;
   double width;  // of the parameter
-  SlopeBetween(const std::vector<CubicTable>& xyz, double u, double v) : width(v - u) {
-    for (int k = 0; k < 3; ++k) {
-      const double a = xyz[k].jet(u).rate, middle = xyz[k].jet(0.5 * (u + v)).rate, b = xyz[k].jet(v).rate;
+  // i: of the point at u.
+  SlopeBetween(const Through& through, size_t i, double u, double v) : width(v - u) {
+    for (size_t d = 0; d < 3; ++d) {
+      const Eigen::Index k = static_cast<Eigen::Index>(d);
+      const double a = through.jet(d, i, u).rate, middle = through.jet(d, i, 0.5 * (u + v)).rate, b = through.jet(d, i, v).rate;
       begin[k] = a;
       square[k] = 2.0 * (a - 2.0 * middle + b);
       linear[k] = b - a - square[k];
@@ -64,19 +82,18 @@ SpaceCurve::SpaceCurve(const std::vector<Vec3>& points, bool closed) : closed_(c
     if (!(chord > 0.0) || !std::isfinite(chord)) throw InputError(fmt::format("its points {} and {} are one", i, i % n + 1));
     u.push_back(u.back() + chord);
   }
-  const double whole = u.back();
-  if (closed) u.pop_back();
-  const std::vector<CubicTable> through = splines(u, points, closed ? std::optional<double>(whole) : std::nullopt);
-  if (closed) u.push_back(whole);
+  const Through through(u, points, closed);
   const int parts = parts_of_stretch(n);
-  s_ = {0.0};
-  samples_ = {points.front()};
+  s_.reserve(1 + (u.size() - 1) * static_cast<size_t>(parts));
+  samples_.reserve(s_.capacity());
+  s_.push_back(0.0);
+  samples_.push_back(points.front());
   for (size_t i = 0; i + 1 < u.size(); ++i) {
-    const SlopeBetween slope(through, u[i], u[i + 1]);
+    const SlopeBetween slope(through, i, u[i], u[i + 1]);
     for (int k = 0; k < parts; ++k) {
       const double to = u[i] + (u[i + 1] - u[i]) * (k + 1) / parts;
       s_.push_back(s_.back() + slope.arc(static_cast<double>(k) / parts, (k + 1.0) / parts));
-      samples_.push_back(closed && i + 2 == u.size() && k + 1 == parts ? points.front() : place(through, to));
+      samples_.push_back(k + 1 == parts ? points[(i + 1) % n] : through.place(i, to));
     }
   }
   length_ = s_.back();

@@ -145,6 +145,12 @@ class Compiler {
            std::span<const std::string> names, std::vector<std::string>* used)
       : text_(text), code_(code), selectors_(selectors), names_(names), used_(used) {}
 
+  static bool knows(std::string_view word) {
+    for (const char* other : {"t", "pi", "_pi", "e", "_e", "atan2", "min", "max", "sum", "avg"})
+      if (word == other) return true;
+    return unary_functions().contains(word);
+  }
+
   void compile() {
     if (text_.size() > longest_text) fail(fmt::format("the expression is longer than {} characters", longest_text));
     skip_space();
@@ -487,6 +493,8 @@ class Compiler {
 };
 
 }  // namespace
+
+bool is_word(std::string_view name) { return Compiler::knows(name); }
 
 void compile(std::string_view text, std::vector<Expression::Instruction>& code, std::vector<Expression::Selector>& selectors,
              std::span<const std::string> names, std::vector<std::string>* used) {

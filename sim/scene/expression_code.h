@@ -58,6 +58,9 @@ enum class Expression::Op : std::uint8_t {
 
 namespace expression {
 
+// Whether a name means something in the language: t, a constant, a function.
+bool is_word(std::string_view name);
+
 using Op = Expression::Op;
 
 // Deepest stack an expression may need; the parser refuses more.

@@ -3,6 +3,7 @@
 #include "sim/base/types.h"
 #include "sim/base/words.h"
 #include "sim/scene/expression.h"
+#include "sim/scene/expression_code.h"
 #include "sim/scene/scene.h"
 #include "sim/scene/unit_terms.h"
 #include "sim/scene/units.h"
@@ -18,18 +19,6 @@ constexpr std::size_t deepest = 200;
 
 bool starts_name(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
-
-// Names that mean something in an expression already.
-bool is_taken(const std::string& name) {
-  if (name == "t") return true;
-  for (const char* arguments : {"", "(1)", "(1, 1)"}) {
-    try {
-      const Expression known(name + arguments);
-      return true;
-    } catch (const std::exception&) {}
-  }
-  return false;
-}
 
 }  // namespace
 
@@ -65,7 +54,7 @@ void Parameters::add(const std::string& name, const std::string& text) {
   const bool good =
       !name.empty() && starts_name(name[0]) && std::all_of(name.begin(), name.end(), [](char c) { return starts_name(c) || is_digit(c); });
   if (!good) throw InputError("is no name for a parameter: letters, digits and _ only, no digit first");
-  if (is_taken(name)) throw InputError("is a word of expressions already; choose another name");
+  if (expression::is_word(name)) throw InputError("is a word of expressions already; choose another name");
   texts_[name] = text;
   values_.clear();
 }
@@ -173,7 +162,7 @@ double Parameters::number(std::string_view text, const char* unit) const {
     for (const auto& entry : texts_) known.push_back(entry.first);
     for (const NameInText& name : names_in(plain)) {
       const std::string word = plain.substr(name.at, name.length);
-      if (word != "t" && !is_taken(word))
+      if (word != "t" && !expression::is_word(word))
         throw InputError(fmt::format("{} is no parameter{} {}", quote(word), did_you_mean(word, known),
                                      known.empty() ? "and the scene has none ([parameters])" : "(there are " + list_words(known) + ")"));
     }

@@ -25,14 +25,17 @@ constexpr double turn_of_points = 0.03, share_of_corners = 0.02;
 
 using Place = std::function<Vec3(double)>;
 
-// Whether n steps from one end to the other follow the curve. Seen at unequal distances, so that a whole turn a step is no straight line.
-bool follows(const Place& place, double from, double to, int n) {
+// Whether n steps from one end to the other follow the curve, and their ends. Seen at unequal distances, so that a whole turn a step is no
+// straight line.
+bool follows(const Place& place, double from, double to, int n, std::vector<Vec3>& ends) {
   constexpr double between = 0.37;
   int turned = 0;
   Vec3 last = place(from), before = Vec3::Zero();
+  ends.assign(1, last);
   for (int i = 1; i <= 2 * n; ++i) {
     const int whole = i / 2;
     const Vec3 now = place(from + (to - from) * (whole + (i % 2 ? between : 0.0)) / n), way = now - last;
+    if (i % 2 == 0) ends.push_back(now);
     const bool bends = before.cross(way).norm() > std::sin(turn_of_points) * before.norm() * way.norm();
     if (i > 1 && (bends || before.dot(way) < 0.0)) ++turned;
     last = now;
@@ -74,9 +77,8 @@ std::vector<Vec3> computed_points(const TableReader& reader, bool closed, int n)
     }
   }
   const Place place = [&](double u) { return Vec3(xyz[0](u), xyz[1](u), xyz[2](u)); };
-  while (n < most_points_of_expressions && !follows(place, from, to, n)) n *= 2;
   std::vector<Vec3> out;
-  for (int i = 0; i <= n; ++i) out.push_back(place(from + (to - from) * i / n));
+  while (!follows(place, from, to, n, out) && n < most_points_of_expressions) n *= 2;
   if (!closed) return out;
   double size = 0.0;
   for (const Vec3& p : out) size = std::max(size, (p - out.front()).norm());
@@ -84,6 +86,19 @@ std::vector<Vec3> computed_points(const TableReader& reader, bool closed, int n)
     reader.fail("closed", fmt::format("is true, but the curve's ends at u = {} and u = {} lie {:.3g} m apart", from, to, gap));
   out.pop_back();
   return out;
+}
+
+// The curve made last serves where the points are the same: of groups that are placed several times.
+std::shared_ptr<const SpaceCurve> curve_through(std::vector<Vec3> points, bool closed) {
+  struct Made {
+    std::vector<Vec3> points;
+    std::weak_ptr<const SpaceCurve> curve;
+  };
+  static thread_local Made last;
+  if (auto known = last.curve.lock(); known && known->closed() == closed && last.points == points) return known;
+  auto made = std::make_shared<const SpaceCurve>(points, closed);
+  last = {std::move(points), made};
+  return made;
 }
 
 }  // namespace
@@ -100,7 +115,7 @@ std::shared_ptr<const SpaceCurve> read_curve(const TableReader& outer, std::stri
   }
   const int n = key == "axis" ? points_of_axes : points_of_expressions;
   try {
-    return std::make_shared<const SpaceCurve>(points ? given_points(reader) : computed_points(reader, closed, n), closed);
+    return curve_through(points ? given_points(reader) : computed_points(reader, closed, n), closed);
   } catch (const InputError& error) {
     // Messages of the keys themselves have file and line already.
     const std::string what = error.what();

@@ -1,0 +1,84 @@
+#include "sim/scene/spline.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <utility>
+
+namespace flexframe::sim {
+namespace {
+
+// Solves a tridiagonal system by elimination; lower[0] and upper[n-1] are not used. Diagonally dominant: no pivoting.
+std::vector<double> solve_tridiagonal(const std::vector<double>& lower, std::vector<double> diagonal, const std::vector<double>& upper,
+                                      std::vector<double> rhs) {
+  const size_t n = diagonal.size();
+  if (n == 0) return rhs;
+  double *const d = diagonal.data(), *const r = rhs.data();
+  const double *const l = lower.data(), *const u = upper.data();
+  for (size_t i = 1; i < n; ++i) {
+    const double f = l[i] / d[i - 1];
+    d[i] -= f * u[i - 1];
+    r[i] -= f * r[i - 1];
+  }
+  r[n - 1] /= d[n - 1];
+  for (size_t i = n - 1; i-- > 0;) r[i] = (r[i] - u[i] * r[i + 1]) / d[i];
+  return rhs;
+}
+
+}  // namespace
+
+std::vector<double> spline_curvatures(const std::vector<double>& x, const std::vector<double>& y, bool closed) {
+  // Second derivatives m: h[i-1] m[i-1] + 2 (h[i-1] + h[i]) m[i] + h[i] m[i+1] = 6 (slope[i] - slope[i-1]).
+  const size_t n = x.size() - 1;  // intervals
+  std::vector<double> h(n), slope(n);
+  for (size_t i = 0; i < n; ++i) h[i] = x[i + 1] - x[i], slope[i] = (y[i + 1] - y[i]) / h[i];
+  std::vector<double> m(n + 1, 0.0);
+  if (closed) {
+    // Cyclic: n unknowns by Sherman and Morrison's rank-one update of a tridiagonal matrix.
+    if (n < 3) throw InputError(fmt::format("a periodic table needs three points or more in its period, found {}", n));
+    std::vector<double> lower(n), diagonal(n), upper(n), rhs(n);
+    for (size_t i = 0; i < n; ++i) {
+      const size_t before = i == 0 ? n - 1 : i - 1;
+      lower[i] = h[before];
+      diagonal[i] = 2.0 * (h[before] + h[i]);
+      upper[i] = h[i];
+      rhs[i] = 6.0 * (slope[i] - slope[before]);
+    }
+    const double corner = h[n - 1], gamma = -diagonal[0];
+    diagonal[0] -= gamma;
+    diagonal[n - 1] -= corner * corner / gamma;
+    std::vector<double> u(n, 0.0);
+    u[0] = gamma;
+    u[n - 1] = corner;
+    const std::vector<double> a = solve_tridiagonal(lower, diagonal, upper, rhs), b = solve_tridiagonal(lower, diagonal, upper, u);
+    const double f = (a[0] + a[n - 1] * corner / gamma) / (1.0 + b[0] + b[n - 1] * corner / gamma);
+    for (size_t i = 0; i < n; ++i) m[i] = a[i] - f * b[i];
+    m[n] = m[0];
+  } else if (n == 2) {
+    // One parabola through three points.
+    m.assign(3, 2.0 * (slope[1] - slope[0]) / (h[0] + h[1]));
+  } else if (n > 2) {
+    // Not-a-knot: the third derivative is continuous at the second point and the last but one; the end values are eliminated.
+    const size_t k = n - 1;
+    std::vector<double> lower(k), diagonal(k), upper(k), rhs(k);
+    for (size_t i = 0; i < k; ++i) {
+      lower[i] = h[i];
+      diagonal[i] = 2.0 * (h[i] + h[i + 1]);
+      upper[i] = h[i + 1];
+      rhs[i] = 6.0 * (slope[i + 1] - slope[i]);
+    }
+    diagonal[0] = (h[0] + h[1]) * (h[0] + 2.0 * h[1]) / h[1];
+    upper[0] = (h[1] * h[1] - h[0] * h[0]) / h[1];
+    diagonal[k - 1] = (h[k] + h[k - 1]) * (h[k] + 2.0 * h[k - 1]) / h[k - 1];
+    lower[k - 1] = (h[k - 1] * h[k - 1] - h[k] * h[k]) / h[k - 1];
+    const std::vector<double> inner = solve_tridiagonal(lower, std::move(diagonal), upper, std::move(rhs));
+    std::copy(inner.begin(), inner.end(), m.begin() + 1);
+    m[0] = m[1] - h[0] / h[1] * (m[2] - m[1]);
+    m[n] = m[n - 1] + h[n - 1] / h[n - 2] * (m[n - 1] - m[n - 2]);
+  }
+  for (const double v : m)
+    if (!std::isfinite(v)) throw InputError("the points of a table lie too close together or too far apart for finite curvatures");
+  return m;
+}
+
+}  // namespace flexframe::sim
