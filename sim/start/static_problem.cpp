@@ -91,13 +91,20 @@ void StaticProblem::load(double share) {
 
 namespace {
 
-// update_positions, the masses of those parts alone that have deformed since: of a beam of many pieces one is moved at a time.
-void update_moved(const Model& model, bool elastic_masses, std::vector<VecX>& weighed, Work& work) {
+// What acts on a body by its mass.
+bool weighs(const Model& model) {
+  return !model.settings.gravity.isZero(0.0) ||
+         std::any_of(model.loads.begin(), model.loads.end(), [](const Load& l) { return l.def.kind == ForceKind::distributed; });
+}
+
+// update_positions, the masses of those parts alone that have deformed since: of a beam of many pieces one is moved at a time. idle: none
+// is asked for.
+void update_moved(const Model& model, bool elastic_masses, bool idle, std::vector<VecX>& weighed, Work& work) {
   for (size_t c = 0; c < model.clusters.size(); ++c) {
     close_positions(model, static_cast<int>(c), work);
     update_cluster_world(model, static_cast<int>(c), work);
   }
-  for (size_t i = 0; i < model.parts.size(); ++i) {
+  for (size_t i = 0; !idle && i < model.parts.size(); ++i) {
     PartWork& p = work.parts[i];
     if (weighed[i].size() > 0 && weighed[i] == p.q) continue;
     update_mass(kinetic_body(model, work, static_cast<int>(i)), p.q, p.terms, elastic_masses);
@@ -113,7 +120,7 @@ bool StaticProblem::evaluate(const std::vector<VecX>* elastic, VecX& f) {
       std::any_of(work.motion.begin(), work.motion.end(), [](const TimeJet& jet) { return jet.rate != 0.0 || jet.acceleration != 0.0; });
   try {
     if (weighed.empty()) update_positions(model, work, moves);
-    else update_moved(model, moves, weighed, work);
+    else update_moved(model, moves, stands && !moves && !weighs(model), weighed, work);
     if (moves || !stands) update_velocities(model, work);
     rest_forces(model, work, elastic, rest);
   } catch (const SimulationError&) {
@@ -173,6 +180,11 @@ bool StaticProblem::difference(MatX& K) {
       for (Eigen::Index i : moving) K(i, k) += e.col(i).dot(force);
     }
   }
+  // Two evaluations for each coordinate of the part that has most, and three for the loads; else one for every coordinate.
+  std::vector<Eigen::Index> own(model.parts.size(), 0);
+  for (const Direction& d : sought) ++own[d.part];
+  if (by_parts && n > 0 && 2 * *std::max_element(own.begin(), own.end()) + 3 < n && stands_as_tree())
+    return difference_by_parts(base, elastic, K);
   for (Eigen::Index k = 0; k < n; ++k) {
     const Direction& d = sought[k];
     // 1e-6 of the size: the truncation (1e-6 relative) costs Newton one digit a step, rounding stays at 1e-10.
@@ -184,6 +196,121 @@ bool StaticProblem::difference(MatX& K) {
     work.w = w;
   }
   return evaluate(nullptr, base);
+}
+
+// Whether it is a tree at rest whose loads keep their directions, whatever moves; springs are those of joints.
+bool StaticProblem::stands_as_tree() const {
+  return stands && model.loops.empty() && model.flexures.empty() && model.blocks.empty() &&
+         std::all_of(work.motion.begin(), work.motion.end(),
+                     [](const TimeJet& jet) { return jet.rate == 0.0 && jet.acceleration == 0.0; }) &&
+         std::all_of(work.clusters.begin(), work.clusters.end(),
+                     [](const ClusterWork& c) { return c.partition.dep.empty() && c.locked.empty(); }) &&
+         std::all_of(model.loads.begin(), model.loads.end(), [](const Load& l) {
+           return !l.table && l.function < 0 && l.contact < 0 && !l.def.follower &&
+                  (l.def.kind == ForceKind::force || l.def.kind == ForceKind::distributed);
+         });
+}
+
+namespace {
+
+// The sought directions of every part, and 3 x those of its parent: how fast a unit of each of these (in metres) turns it in the world.
+struct Turning {
+  std::vector<std::vector<Eigen::Index>> of;
+  std::vector<Mat3X> by_parent;
+  size_t most = 0;  // directions of a part
+};
+
+// Every second generation is moved at once: between a part's parent and its child then stands what the part itself does.
+Turning turning_of(const Model& model, const std::vector<Direction>& sought, Work& work) {
+  const size_t n = model.parts.size();
+  Turning out{std::vector<std::vector<Eigen::Index>>(n), std::vector<Mat3X>(n), 0};
+  for (size_t k = 0; k < sought.size(); ++k) out.of[sought[k].part].push_back(static_cast<Eigen::Index>(k));
+  std::vector<bool> odd(n, false);
+  for (size_t i = 0; i < n; ++i) {
+    const int parent = model.parts[i].parent;
+    out.most = std::max(out.most, out.of[i].size());
+    if (parent == ground) continue;
+    odd[i] = !odd[parent];
+    out.by_parent[i] = Mat3X::Zero(3, static_cast<Eigen::Index>(out.of[parent].size()));
+  }
+  const auto turns = [&](int part) {
+    return part == ground ? Vec3(Vec3::Zero()) : Vec3(work.parts[part].world.R * work.parts[part].V.tail<3>());
+  };
+  for (size_t j = 0; j < out.most; ++j)
+    for (const bool generation : {false, true}) {
+      work.w.setZero();
+      bool any = false;
+      for (size_t i = 0; i < n; ++i) {
+        if (odd[i] != generation || j >= out.of[i].size()) continue;
+        const Direction& d = sought[out.of[i][j]];
+        work.w[d.v] = 1.0 / d.scale;
+        any = true;
+      }
+      if (!any) continue;
+      update_velocities(model, work);
+      for (size_t i = 0; i < n; ++i) {
+        const int parent = model.parts[i].parent;
+        if (parent == ground || odd[parent] != generation || j >= out.of[parent].size()) continue;
+        out.by_parent[i].col(static_cast<Eigen::Index>(j)) = turns(static_cast<int>(i)) - turns(model.parts[parent].parent);
+      }
+    }
+  work.w.setZero();
+  update_velocities(model, work);
+  return out;
+}
+
+}  // namespace
+
+bool StaticProblem::difference_by_parts(const VecX& base, const std::vector<VecX>& elastic, MatX& K) {
+  const Eigen::Index n = static_cast<Eigen::Index>(sought.size());
+  // Forces on the directions if all loads turn about an axis of the world: they are linear in the loads.
+  Eigen::Matrix<double, Eigen::Dynamic, 3> turned(n, 3);
+  VecX f, before;
+  for (int a = 0; a < 3; ++a) {
+    const Vec3 axis = Vec3::Unit(a), weight = model.settings.gravity;
+    std::vector<Vec3> direction;
+    for (Load& l : model.loads) {
+      direction.push_back(l.def.direction);
+      l.def.direction += axis.cross(l.def.direction);
+    }
+    model.settings.gravity += axis.cross(weight);
+    const bool good = evaluate(&elastic, f);
+    model.settings.gravity = weight;
+    for (size_t i = 0; i < direction.size(); ++i) model.loads[i].def.direction = direction[i];
+    if (!good) return false;
+    turned.col(a) = f - base;
+  }
+  const Turning turning = turning_of(model, sought, work);
+  // What turns a part turns it against the loads; the loads have a potential, so that the matrix is symmetric.
+  MatX others = MatX::Zero(n, n);
+  for (size_t i = 0; i < model.parts.size(); ++i)
+    for (int child = static_cast<int>(i), part = model.parts[i].parent; part != ground; child = part, part = model.parts[part].parent)
+      for (size_t j = 0; j < turning.of[part].size(); ++j) {
+        const Vec3 turn = turning.by_parent[child].col(static_cast<Eigen::Index>(j));
+        const Eigen::Index k = turning.of[part][j];
+        for (Eigen::Index r : turning.of[i]) others(r, k) = others(k, r) = turned.row(r).dot(turn);
+      }
+  K += others;
+  // What is left stands within the parts: the same coordinate of every part is moved at once. Central differences, as the steps add up.
+  const VecX q = work.q;
+  const double step = 1e-6 * model.size;
+  for (size_t j = 0; j < turning.most; ++j) {
+    const auto beside = [&](double by, VecX& out) {
+      for (const auto& own : turning.of)
+        if (j < own.size()) move_along(model, sought[own[j]], by / sought[own[j]].scale, work);
+      const bool good = evaluate(&elastic, out);
+      work.q = q;
+      return good;
+    };
+    if (!beside(step, f) || !beside(-step, before)) return false;
+    VecX slope = (before - f) / (2.0 * step);
+    for (const auto& own : turning.of)
+      if (j < own.size()) slope -= others.col(own[j]);
+    for (const auto& own : turning.of)
+      if (j < own.size())
+        for (Eigen::Index r : own) K(r, own[j]) += slope[r];
+  }
+  return evaluate(nullptr, f);
 }
 
 namespace {

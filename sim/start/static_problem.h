@@ -46,11 +46,16 @@ struct StaticProblem {
   // Forces on what is sought; false where a loop cannot be closed or something is not finite.
   bool evaluate(const std::vector<VecX>* elastic, VecX& f);
   void find_directions(const Sought& what);
-  // -df/dx in metres: the elastic stiffness exactly, the rest by differences.
+  // -df/dx in metres: the elastic stiffness exactly, the rest by differences. In trees that stand under weight and forces of constant
+  // direction what a coordinate changes at those of other parts is exact too (it turns them against the loads), and one difference serves
+  // all parts at once: 2 evaluations a coordinate of a part and not one for every coordinate of the tree.
   bool stiffness(MatX& K);
+  bool by_parts = true;  // false: all by differences, to compare with
 
  private:
   bool difference(MatX& K);
+  bool stands_as_tree() const;
+  bool difference_by_parts(const VecX& base, const std::vector<VecX>& elastic, MatX& K);
 };
 StaticProblem static_problem(const Model& model, Work& work);
 

@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace flexframe::sim {
 namespace {
@@ -36,10 +37,35 @@ struct Found {
 
 // Of the stiffest direction.
 constexpr double rounding_of_stiffness = 1e-12;
+// Of the softest: a step by the symmetric part of such a stiffness errs by less than its differences do.
+constexpr double symmetric_to = 1e-6;
 
 bool same_directions(const std::vector<Direction>& a, const std::vector<Direction>& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Direction& x, const Direction& y) { return x.v == y.v; });
 }
+
+// A damped stiffness factorised.
+class Factors {
+ public:
+  // definite: the factors of its symmetric part S, if they are known; they serve where K is symmetric. False where it is singular.
+  bool make(const MatX& K, const MatX& S, double damping, std::optional<Cholesky> definite) {
+    if (definite && (K - S).cwiseAbs().maxCoeff() <= symmetric_to * S.diagonal().cwiseAbs().minCoeff()) {
+      definite_ = std::move(definite);
+      return true;
+    }
+    lu_ = K + damping * MatX::Identity(K.rows(), K.cols());
+    return factorise(lu_, order_) > 0.0;
+  }
+  void solve(const VecX& b, VecX& x) const {
+    if (definite_) x = definite_->solve(b);
+    else sim::solve(lu_, order_, b.data(), x.data());
+  }
+
+ private:
+  std::optional<Cholesky> definite_;
+  MatX lu_;
+  std::vector<int> order_;
+};
 
 // One search at the present share of the loads.
 Found search(StaticProblem& p, const Sought& what, Way way, StaticSolution& out) {
@@ -70,17 +96,19 @@ Found search(StaticProblem& p, const Sought& what, Way way, StaticSolution& out)
     ++out.iterations;
     const MatX S = 0.5 * (K + K.transpose());
     const double stiffest = std::max(S.diagonal().cwiseAbs().maxCoeff(), p.rest.scale / p.model.size);
+    std::optional<Cholesky> definite;  // the factors of S with its damping
     for (int attempt = 0; way == Way::downhill && attempt < 60; ++attempt) {
-      if (Cholesky(S + damping * MatX::Identity(n, n)).info() == Eigen::Success) break;
+      definite.emplace(S + damping * MatX::Identity(n, n));
+      if (definite->info() == Eigen::Success) break;
+      definite.reset();
       damping = std::max(10.0 * damping, rounding_of_stiffness * stiffest);
       // What turns freely has no stiffness but its rounding, of either sign.
       found.crossed = found.crossed || damping > 2.0 * rounding_of_stiffness * stiffest;
     }
-    MatX factors = K + damping * MatX::Identity(n, n);
-    std::vector<int> order;
+    Factors factors;
     VecX x(n), follows(n);
-    if (!(factorise(factors, order) > 0.0)) return found;
-    solve(factors, order, f.data(), x.data());
+    if (!factors.make(K, S, damping, std::move(definite))) return found;
+    factors.solve(f, x);
     if (!x.allFinite()) return found;
     const double longest = x.cwiseAbs().maxCoeff(&found.worst);
     // The last step no longer mends anything: rounding of the forces, or of places where a stiff body resists them (fifty roundings of the
@@ -106,7 +134,7 @@ Found search(StaticProblem& p, const Sought& what, Way way, StaticSolution& out)
       accepted = p.evaluate(nullptr, next);
       if (accepted) {
         // The step that would follow with the same stiffness: shorter, if this one led nearer.
-        solve(factors, order, next.data(), follows.data());
+        factors.solve(next, follows);
         const double correction = follows.norm();
         // Downhill: still pushed along the step, or back by less than half of what pushed at its start, without leaving what stiff bodies
         // allow.

@@ -1,14 +1,17 @@
 // Static equilibrium starts: against closed forms and rigorous solutions (sim/REFERENCES.md), stability, loops, what cannot rest.
+#include "sim/dynamics/directions.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/simulate.h"
 #include "sim/start/linearise.h"
 #include "sim/start/make_system.h"
+#include "sim/start/static_problem.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
+#include <random>
 
 namespace flexframe::sim {
 namespace {
@@ -322,6 +325,83 @@ TEST(Statics, WhatHoldsAtTimeZero) {
               "[[force]]\nkind = \"force\"\non = \"strip.tip\"\ndirection = [0, 1, 0]\nvalue = 10\n");
   EXPECT_NE(bent.find("'strip'"), std::string::npos) << bent;
   EXPECT_NE(bent.find("mixed"), std::string::npos) << bent;
+}
+
+// A tree of bodies of all kinds about a random place, whose loads keep their directions.
+std::string random_tree(std::mt19937& random) {
+  std::uniform_real_distribution<double> number(-1.0, 1.0);
+  std::uniform_int_distribution<int> pick(0, 3);
+  const auto beam = [&](const std::string& name, const std::string& model) {
+    return fmt::format(
+        "[[body]]\nname = \"{}\"\nkind = \"beam\"\nlength = {}\nsection = {{ shape = \"rectangle\", width = 0.03, height = 0.02 }}\n"
+        "material = {{ density = 1200.0, youngs_modulus = 1e8 }}\nframes = {{ middle = 0.4 }}\n{}\n",
+        name, 0.6 + 0.2 * number(random), model);
+  };
+  const std::vector<std::string> kinds{"revolute", "spherical", "universal", "prismatic"};
+  const auto any_joint = [&](const std::string& name, const std::string& parent, const std::string& child) {
+    const std::string& kind = kinds[static_cast<size_t>(pick(random))];
+    std::string more;
+    if (kind == "revolute" || kind == "prismatic") more = fmt::format("axis = [{}, 1, {}]\n", number(random), number(random));
+    if (kind == "universal") more = "axis = [0, 0, 1]\n";
+    return joint(name, kind, parent, child, more + (kind == "universal" ? "" : "spring = { stiffness = 30.0 }"));
+  };
+  std::string text = head(0.1, fmt::format("[{}, {}, {}]", 9.0 * number(random), 9.0 * number(random), 9.0 * number(random)));
+  text += beam("trunk", "model = \"mixed\"\nvolumes = 3") + beam("branch", "elements = 2") +
+          beam("twig", "model = \"mixed\"\nvolumes = 2") + rod("fruit", 0.3) + any_joint("a", "ground", "trunk.root") +
+          joint("b", "weld", "trunk.middle", "branch.root", "") + any_joint("c", "trunk.tip", "twig.root") +
+          any_joint("d", "twig.tip", "fruit");
+  for (const char* on : {"branch.tip", "twig.middle", "fruit.tip"})
+    text += fmt::format("[[force]]\nkind = \"force\"\non = \"{}\"\ndirection = [{}, {}, 1]\nvalue = {}\n", on, number(random),
+                        number(random), 5.0 * number(random));
+  return text + fmt::format("[[force]]\nkind = \"distributed\"\non = \"branch\"\ndirection = [0, {}, 1]\nvalue = 3\n", number(random));
+}
+
+// The stiffness of trees under dead loads, made of what turns their parts, against central differences of the forces along one coordinate
+// after another.
+TEST(Statics, StiffnessOfTreesByPartsEqualsDifferences) {
+  std::mt19937 random(7);
+  for (int scene = 0; scene < 12; ++scene) {
+    const std::string text = random_tree(random);
+    System system = make_system(parse_scene(text, "tree.toml"));
+    std::uniform_real_distribution<double> number(-1.0, 1.0);
+    for (const Direction& d : independent_directions(system.model, system.work))
+      move_along(system.model, d, (d.rate >= 0 ? 0.4 : 0.02) * number(random) / d.scale, system.work);
+    StaticProblem p = static_problem(system.model, system.work);
+    const size_t parts = system.model.parts.size();
+    const Sought all{std::vector<char>(parts, 1), std::vector<char>(parts, 1), {}};
+    p.load(1.0);
+    p.find_directions(all);
+    const Eigen::Index n = static_cast<Eigen::Index>(p.sought.size());
+    MatX by_parts, one_by_one, central(n, n);
+    ASSERT_TRUE(p.stiffness(by_parts));
+    p.by_parts = false;
+    ASSERT_TRUE(p.stiffness(one_by_one));
+    const VecX q = p.work.q;
+    for (Eigen::Index k = 0; k < n; ++k) {
+      constexpr double h = 1e-6;
+      VecX f[2];
+      for (int side = 0; side < 2; ++side) {
+        move_along(p.model, p.sought[k], (side == 0 ? h : -h) / p.sought[k].scale, p.work);
+        ASSERT_TRUE(p.evaluate(nullptr, f[side]));
+        p.work.q = q;
+      }
+      central.col(k) = (f[1] - f[0]) / (2.0 * h);
+    }
+    EXPECT_LT((by_parts - central).cwiseAbs().maxCoeff(), 1e-7 * central.cwiseAbs().maxCoeff()) << scene << "\n" << text;
+    // One-sided differences err by more, a millionth of their step.
+    EXPECT_LT((by_parts - one_by_one).cwiseAbs().maxCoeff(), 1e-5 * central.cwiseAbs().maxCoeff());
+    // What stands between parts is far softer.
+    double between = 0.0, off = 0.0;
+    for (Eigen::Index i = 0; i < n; ++i)
+      for (Eigen::Index k = 0; k < n; ++k) {
+        if (p.sought[i].part == p.sought[k].part) continue;
+        between = std::max(between, std::abs(central(i, k)));
+        off = std::max(off, std::abs(by_parts(i, k) - central(i, k)));
+      }
+    EXPECT_GT(between, 1.0);
+    EXPECT_LT(off, 1e-6 * between) << scene << "\n" << text;
+    EXPECT_NE(by_parts, one_by_one);
+  }
 }
 
 }  // namespace
