@@ -1,8 +1,10 @@
 #include "sim/time/newton_matrix.h"
 
 #include "sim/base/small_matrices.h"
+#include "sim/dynamics/massless.h"
 #include "sim/dynamics/reduced_mass.h"
 #include "sim/model/joint_motion.h"
+#include "sim/time/unpack.h"
 
 #include <algorithm>
 #include <cmath>
@@ -88,19 +90,39 @@ void coordinate_matrix(const System& system, const double* y, SparseEntries& T) 
 }
 
 // How columns are differenced: about (t, y), whose rates are `rates`; `share` of the size of each component is the step; joints_only:
-// those of elastic coordinates stay.
+// those of elastic coordinates stay; A_only: those of B are made.
 struct Differences {
   double t;
   const double* y;
   const VecX& rates;
   const std::vector<Direction>& all;
   double share;
-  bool joints_only;
+  bool joints_only, A_only = false;
 };
+
+// Columns of B by one-sided differences about the state evaluated last: nothing but rates changes, and with the first of them come the
+// mass matrices where they are wanted, as these do not depend on rates. False where there is no column, or more follows the rates.
+bool difference_speeds(System& system, const Differences& how, bool masses, MatX& B) {
+  const auto& [t, y, rates, all, share, joints_only, A_only] = how;
+  if (!system.friction.points.empty() || !all_have_inertia(system.model)) return false;
+  const int nq = system.model.nq, nw = static_cast<int>(all.size());
+  VecX at = Eigen::Map<const VecX>(y, nq + nw), wdot(nw);
+  bool any = false;
+  for (int k = 0; k < nw; ++k) {
+    if (joints_only && all[k].elastic >= 0) continue;
+    const double step = share * std::max(std::abs(y[nq + k]), system.weights.size(nq + k));
+    at[nq + k] += step;
+    accelerate_beside(system, at.data(), masses && !any, wdot.data());
+    B.col(k) = (wdot - rates.segment(nq, nw)) / step;
+    at[nq + k] = y[nq + k];
+    any = true;
+  }
+  return any;
+}
 
 // Columns of A and B by one-sided differences.
 void difference_columns(System& system, const Differences& how, MatX& A, MatX& B) {
-  const auto& [t, y, rates, all, share, joints_only] = how;
+  const auto& [t, y, rates, all, share, joints_only, A_only] = how;
   const Model& model = system.model;
   const int nq = model.nq, nw = static_cast<int>(all.size()), size = state_size(system);
   VecX at = Eigen::Map<const VecX>(y, size), rate(size);
@@ -120,6 +142,7 @@ void difference_columns(System& system, const Differences& how, MatX& A, MatX& B
     state_rate(system, t, at.data(), rate.data());
     A.col(k) = (rate.segment(nq, nw) - base) / step;
     at.segment(0, nq) = Eigen::Map<const VecX>(y, nq);
+    if (A_only) continue;
     step = share * std::max(std::abs(y[nq + k]), system.weights.size(nq + k));
     at[nq + k] += step;
     state_rate(system, t, at.data(), rate.data());
@@ -271,12 +294,16 @@ void update_newton_matrix(System& system, double t, const double* y, const doubl
   VecX base_rate(size);
   if (rates) base_rate = Eigen::Map<const VecX>(rates, size);
   else state_rate(system, t, y, base_rate.data());
-  if (known) complete_mass_matrices(system);
-  update_directions(system, y, all, out);
   if (fresh) {
     out.A.setZero(nw, nw);
     out.B.setZero(nw, nw);
   }
+  // Differences, a hundred-millionth of the size of the component so far: rounding and truncation balance.
+  const bool differences = fresh || (cheap && !renewal.keep_joints);
+  Differences how{t, y, base_rate, all, 1.5e-8, known};
+  how.A_only = differences && difference_speeds(system, how, known, out.B);
+  if (known && !how.A_only) complete_mass_matrices(system);
+  update_directions(system, y, all, out);
   // What turns without inertia has one lent to it in the factors alone.
   if (cheap && joint_count(all) < nw && !system.work.idle) {
     update_pieces(system, all, out);
@@ -284,10 +311,7 @@ void update_newton_matrix(System& system, double t, const double* y, const doubl
     out.pieces.clear();
     if (known) update_closed_columns(system, all, out);
   }
-  if (!fresh && (!cheap || renewal.keep_joints)) return;
-
-  // Differences, a hundred-millionth of the size of the component so far: rounding and truncation balance.
-  difference_columns(system, {t, y, base_rate, all, 1.5e-8, known}, out.A, out.B);
+  if (differences) difference_columns(system, how, out.A, out.B);
 }
 
 void update_closed_matrix(System& system, const double* y, MechanicalJacobian& out) {

@@ -148,6 +148,27 @@ void state_rate(System& system, double t, const double* y, double* dy) {
   }
 }
 
+void accelerate_beside(System& system, const double* y, bool masses, double* wdot) {
+  ++system.evaluations;
+  Work& own = system.work;
+  const double* w = y + system.model.nq;
+  for (size_t c = 0; c < system.model.clusters.size(); ++c)
+    for (int k : own.clusters[c].partition.ind) own.w[system.model.clusters[c].v0 + k] = *w++;
+  const auto make = [&](auto& work) {
+    update_velocities(system.model, work);
+    if (masses) update_accelerations(system.model, work);
+    else update_accelerations_alone(system.model, work);
+  };
+  if (system.plane) {
+    PlaneWork work(own, *system.plane);
+    make(work);
+  } else {
+    make(own);
+  }
+  for (size_t c = 0; c < system.model.clusters.size(); ++c)
+    for (int k : own.clusters[c].partition.ind) *wdot++ = own.wdot[system.model.clusters[c].v0 + k];
+}
+
 namespace {
 
 bool time_enters(const Model& model) {

@@ -4,6 +4,7 @@
 #include "sim/start/make_system.h"
 #include "sim/time/newton_matrix.h"
 #include "sim/time/sample_state.h"
+#include "sim/time/unpack.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -345,6 +346,25 @@ TEST(NewtonMatrix, IsTheDerivative) {
       state_rate(system, 0.0, at.data(), minus.data());
       const VecX column = (plus - minus).segment(nq, nw) / (2.0 * step);
       EXPECT_LE((column - j.A.col(k)).cwiseAbs().maxCoeff(), 1e-4 * largest) << k;
+    }
+    // Joints' columns of B, and what they are made by: accelerations beside a state whose positions stay.
+    for (const int k : j.beside) {
+      constexpr double step = 1e-4;
+      VecX at = y;
+      at[nq + k] += step;
+      state_rate(system, 0.0, at.data(), plus.data());
+      at[nq + k] -= 2.0 * step;
+      state_rate(system, 0.0, at.data(), minus.data());
+      const VecX column = (plus - minus).segment(nq, nw) / (2.0 * step);
+      EXPECT_LE((column - j.B.col(k)).cwiseAbs().maxCoeff(), 1e-4 * (1.0 + column.cwiseAbs().maxCoeff())) << k;
+    }
+    VecX faster = y, beside(nw);
+    faster.segment(nq, nw) *= 1.3;
+    state_rate(system, 0.0, faster.data(), plus.data());
+    for (const bool masses : {false, true}) {
+      state_rate(system, 0.0, y.data(), rate.data());
+      accelerate_beside(system, faster.data(), masses, beside.data());
+      EXPECT_LE((beside - plus.segment(nq, nw)).cwiseAbs().maxCoeff(), 1e-9 * plus.segment(nq, nw).cwiseAbs().maxCoeff()) << masses;
     }
   }
 }
