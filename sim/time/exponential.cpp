@@ -18,6 +18,13 @@ constexpr int most_terms = 64;
 constexpr double negligible = 1e-4, negligible_ahead = 1e-1;
 // Radians within a step from which on a vibration is taken out of the remainder, gradually.
 constexpr double turned = 4.0, least_turned = 0.1;
+// Tolerances below the default one: what oscillates is sampled. What a parabola does not follow is taken out then; of a place in that many
+// radians of the fastest vibration more places tell no more. What less of the tolerance does than `unseen` is not looked at.
+constexpr double sampled_below = 0.99e-6, turned_sampled = 1.0, radians_of_place = 0.6, unseen = 0.1;
+constexpr Eigen::Index least_places = 8, most_places = 2048;
+constexpr double sampled_well = 1.0, sampled_too_well = 0.05;  // of the tolerance: what half the places leave out
+// Of what the vibrations are shaken by beside the parabola, by the modes of the middle, so much is an error.
+constexpr double shaken_share = 0.2, span_growth = 1.05;
 // Where more than that share of the radians is left nothing is followed apart; nor where a span of what is would be that short.
 constexpr double worth_apart = 0.7, radians_of_span = 5.0;
 // Beyond that modes are not those of the matrix any more.
@@ -46,6 +53,10 @@ void ExponentialSolver::restart(double t0, const VecX& y0) {
   h_ = 0.0;
   restA_.resize(0, 0);
   rest_moves_ = false;
+  full_.resize(0);
+  shaken_ = {};
+  places_ = 0;
+  turning_ = 0.0;
   model_.modes.shapes.resize(0, 0);  // coordinates may be others
   if (!linearise(t0, y0, nullptr, 0.0, model_)) throw SimulationError("the derivatives at the start cannot be evaluated");
   calm_ = y0;
@@ -194,12 +205,19 @@ void ExponentialSolver::set_modes(LinearModel& m, double h) {
   for (const SparseEntries::Entry& e : m.T.entries) m.moves.row(e.row) += e.value * m.modes.shapes.row(e.column);
 }
 
+// The time, s, in which what turns is taken out of a step of h seconds: the step itself. Sampled steps that become shorter bring vibrations
+// back by little a step: with all of them at once the next would have to be short for their sake alone.
+double ExponentialSolver::turning_span(double h) const {
+  return problem_.tolerance < sampled_below ? std::max(h, turning_ / span_growth) : h;
+}
+
 // What turns by several radians within a step of h seconds is brought to where it would rest under the slow part of the load: polynomials
 // through values of the remainder would take its oscillation for a slow load.
 void ExponentialSolver::remove_oscillation(const LinearModel& m, const Parabola& remainder, double s, double h, VecX& y) const {
-  if (nw_ == 0 || m.modes.frequencies.maxCoeff() * h < least_turned) return;
+  const double within = turning_span(h);
+  if (nw_ == 0 || m.modes.frequencies.maxCoeff() * within < least_turned) return;
   const auto& [d, span] = remainder;
-  const double theta = s / span;
+  const double theta = s / span, most = problem_.tolerance < sampled_below ? turned_sampled : turned;
   const auto rows = [&](const auto& v) { return v.segment(nq_, nw_); };
   const VecX w = rows(y), p = m.directions(y.head(nq_) - m.state.head(nq_));
   const VecX load = rows(m.rates) + m.B * (w - rows(m.state)) + rows(d.col(0)) + theta * (rows(d.col(1)) + theta * rows(d.col(2)));
@@ -207,12 +225,12 @@ void ExponentialSolver::remove_oscillation(const LinearModel& m, const Parabola&
   VecX dp = m.modes.gauges * p, dw = m.modes.gauges * w;
   const VecX g = m.modes.gauges * load, gr = m.modes.gauges * load_rate;
   for (Eigen::Index k = 0; k < dp.size(); ++k) {
-    const double f = m.modes.frequencies[k], x = h * f;
+    const double f = m.modes.frequencies[k], x = within * f;
     if (x < least_turned) {
       dp[k] = dw[k] = 0.0;
       continue;
     }
-    const double share = 1.0 / (1.0 + std::pow(turned / x, 8));
+    const double share = 1.0 / (1.0 + std::pow(most / x, 8));
     dp[k] = share * (dp[k] - g[k] / (f * f));
     dw[k] = share * (dw[k] - gr[k] / (f * f));
   }
@@ -538,7 +556,97 @@ bool ExponentialSolver::attempt(double h) {
   }
   const VecX change = end_ - predicted_;
   error_ = std::sqrt(change.cwiseProduct(weight).squaredNorm() / static_cast<double>(size));
+  trial_shaken_ = {};
+  return error_ > 1.0 || problem_.tolerance >= sampled_below || follow_oscillation(h, weight);
+}
+
+// What a load of so much (1, x, x^2, x from -1 to 1 over a step) makes of coordinates and rates, in weights: what vibrates is moved by it
+// once, all else as long as the step lasts.
+double ExponentialSolver::effect_of(const LinearModel& m, const MatX& load, double h, const VecX& weight) const {
+  VecX most = (m.modes.gauges * load.middleRows(nq_, nw_)).cwiseAbs() * Eigen::Vector3d(1.0, 1.0 / 3.0, 1.0 / 3.0), p = most;
+  for (Eigen::Index k = 0; k < nw_; ++k) {
+    const double f = std::max(m.modes.frequencies[k], 1.0 / h);
+    p[k] /= f * f;
+    most[k] /= f;
+  }
+  VecX state(nq_ + nw_);
+  state.head(nq_) = m.coordinates(m.modes.shapes * p);
+  state.tail(nw_) = m.modes.shapes * most;
+  return std::sqrt(state.cwiseProduct(weight.head(nq_ + nw_)).squaredNorm() / static_cast<double>(problem_.size));
+}
+
+// Columns first, first + every, ...: what the remainder along the trial step's solution, oscillations and all, exceeds its parabola by.
+bool ExponentialSolver::sample(double h, Eigen::Index first, Eigen::Index every, MatX& values) {
+  const LinearModel& m = trial_model_;
+  MatX solved = trial_d_;
+  if (trial_changed_.size() > 0) {
+    solved.col(1) += trial_changed_;
+    solved.col(2) -= 2.0 * trial_changed_;
+  }
+  const Eigen::Index last = values.cols() - 1;
+  VecX y, rates(problem_.size);
+  for (Eigen::Index i = first; i <= last; i += every) {
+    const double theta = static_cast<double>(i) / static_cast<double>(last), t = time_ + theta * h;
+    if (i == 0 && full_.size() == problem_.size) {
+      y = full_;
+      rates = full_rate_;
+    } else {
+      evaluate_solution(m, state_, {solved, h}, work_, theta * h, y);
+      if (trial_changed_.size() > 0) add_correction(m, trial_changed_, h, theta, y);
+      if (!y.allFinite() || !rates_of_(t, y.data(), rates.data())) return false;
+      evaluations_ += 1.0;
+    }
+    values.col(i) = remainder(m, t, y, rates) - (trial_d_.col(0) + theta * (trial_d_.col(1) + theta * trial_d_.col(2)));
+    if (i < last) continue;
+    full_end_ = y;
+    full_end_rate_ = rates;
+  }
   return true;
+}
+
+// The end with what oscillates within the step in its remainder.
+bool ExponentialSolver::follow_oscillation(double h, const VecX& weight) {
+  const Eigen::Index size = problem_.size;
+  if (nw_ == 0) return true;
+  const double shaken = std::sqrt((predicted_ - calm_end_).cwiseProduct(weight).squaredNorm() / static_cast<double>(size));
+  if (shaken <= unseen) {
+    full_end_ = calm_end_;
+    full_end_rate_ = calm_end_rate_;
+    return true;
+  }
+  const double radians = h * trial_model_.modes.frequencies.maxCoeff();
+  MatX values(size, std::max(places_, least_places) + 1), parabola;
+  if (!sample(h, 0, 1, values)) return false;
+  for (;;) {
+    const auto places = values.cols() - 1;
+    parabola = closest_parabola(values);
+    const double off = effect_of(trial_model_, parabola - closest_parabola(values, 2), h, weight);
+    places_ = off < sampled_too_well ? places / 2 : places;
+    if (off <= sampled_well || static_cast<double>(places) * radians_of_place > radians || places >= most_places) break;
+    values = spread(values);
+    if (!sample(h, 1, 2, values)) return false;
+  }
+  const VecX bend = 0.25 * trial_d_.col(2), slope = 0.5 * (trial_d_.col(1) + trial_d_.col(2)),
+             centre = trial_d_.col(0) + 0.5 * trial_d_.col(1) + bend;
+  trial_changed_.resize(0);
+  if (!find_end(centre + parabola.col(0), slope + parabola.col(1), bend + parabola.col(2), h, end_)) return false;
+  const Eigen::Index last = values.cols() - 1;
+  for (Eigen::Index i = 0; i <= last; ++i) {
+    const double x = 2.0 * static_cast<double>(i) / static_cast<double>(last) - 1.0;
+    values.col(i) -= parabola * Eigen::Vector3d(1.0, x, x * x);
+  }
+  trial_shaken_ = shake(trial_model_.modes.frequencies, h, trial_model_.modes.gauges * values.middleRows(nq_, nw_));
+  const VecX steady = end_;
+  add_shaken(trial_model_, trial_shaken_, h, end_);
+  error_ = std::max(error_, shaken_share * std::sqrt((end_ - steady).cwiseProduct(weight).squaredNorm() / static_cast<double>(size)));
+  return end_.allFinite();
+}
+
+void ExponentialSolver::add_shaken(const LinearModel& m, const Shaken& shaken, double s, VecX& y) const {
+  if (shaken.empty()) return;
+  const VecX amounts = shaken.at(s);
+  y.head(nq_) += m.coordinates(m.modes.shapes * amounts.head(nw_));
+  y.segment(nq_, nw_) += m.modes.shapes * amounts.tail(nw_);
 }
 
 double ExponentialSolver::step(double t_stop, VecX& y) {
@@ -560,10 +668,14 @@ double ExponentialSolver::step(double t_stop, VecX& y) {
       std::swap(before_rate_, calm_rate_);
       std::swap(calm_, calm_end_);
       std::swap(calm_rate_, calm_end_rate_);
+      std::swap(full_, full_end_);
+      std::swap(full_rate_, full_end_rate_);
       std::swap(model_, trial_model_);
       std::swap(d_, trial_d_);
       std::swap(changed_, trial_changed_);
+      std::swap(shaken_, trial_shaken_);
       std::swap(solution_, work_);
+      turning_ = turning_span(h);
       span_ = last_step = h;
       if (h >= h_ || factor < 1.0) h_ = h * factor;  // a step cut short by the end says little about longer ones
       ++steps;
@@ -576,15 +688,17 @@ double ExponentialSolver::step(double t_stop, VecX& y) {
 }
 
 void ExponentialSolver::interpolate(double t, VecX& y) const {
+  const double s = t - previous_;
   if (changed_.size() == 0) {
-    evaluate_solution(model_, begin_, {d_, span_}, solution_, t - previous_, y);
+    evaluate_solution(model_, begin_, {d_, span_}, solution_, s, y);
+    add_shaken(model_, shaken_, s, y);
     return;
   }
   MatX before = d_;
   before.col(1) += changed_;
   before.col(2) -= 2.0 * changed_;
-  evaluate_solution(model_, begin_, {before, span_}, solution_, t - previous_, y);
-  add_correction(model_, changed_, span_, (t - previous_) / span_, y);
+  evaluate_solution(model_, begin_, {before, span_}, solution_, s, y);
+  add_correction(model_, changed_, span_, s / span_, y);
 }
 
 }  // namespace flexframe::sim

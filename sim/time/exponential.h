@@ -14,6 +14,10 @@
 // follows from it is added in closed form, vibration by vibration, instead of by series once more.
 // What turns by several radians within the step is taken out of the states at which the remainders are evaluated (brought to where it
 // would rest), since parabolas through its oscillation would be slow loads that are not there.
+// What the oscillation itself makes of the remainder (second order; a hundred tolerances a step where they are tight) is asked for where
+// the tolerance is tighter than the default one: the remainder is evaluated along the solution found, as often as it takes until half as
+// many places tell the same to a tolerance, and the parabola closest to it acts instead; what is left of it shakes the vibrations, each
+// by itself (sampled_remainder.h).
 // Exponential integrators: Hochbruck, Ostermann, Acta Numerica 19 (2010) 209; linearisation about the middle: Magnus' expansion (Iserles,
 // Norsett, Phil. Trans. R. Soc. A 357 (1999) 983); states without oscillation: mollified methods (Garcia-Archilla, Sanz-Serna, Skeel, SIAM
 // J. Sci. Comput. 20 (1998) 930). The estimated error of a step is what the evaluation at its end changed.
@@ -22,6 +26,7 @@
 #include "sim/time/free_motion.h"
 #include "sim/time/integrator.h"
 #include "sim/time/modes.h"
+#include "sim/time/sampled_remainder.h"
 
 namespace flexframe::sim {
 
@@ -110,12 +115,17 @@ class ExponentialSolver {
   void evaluate_solution(const LinearModel& model, const VecX& y, const Parabola& remainder, const Solution& solution, double s,
                          VecX& out) const;
   double fastest(const MatX& A, const MatX& B) const;
+  double turning_span(double h) const;
   void remove_oscillation(const LinearModel& model, const Parabola& remainder, double s, double h, VecX& y) const;
   bool correct_end(const VecX& change, double h, const VecX& weight, VecX& end) const;
   void add_correction(const LinearModel& model, const VecX& change, double h, double theta, VecX& y) const;
   bool find_middle(double h);
   bool find_end(const VecX& centre, const VecX& slope, const VecX& bend, double h, VecX& end);
   bool attempt(double h);
+  double effect_of(const LinearModel& model, const MatX& load, double h, const VecX& weight) const;
+  bool sample(double h, Eigen::Index first, Eigen::Index every, MatX& values);
+  bool follow_oscillation(double h, const VecX& weight);
+  void add_shaken(const LinearModel& model, const Shaken& shaken, double s, VecX& y) const;
 
   const OdeProblem& problem_;
   Evaluate rates_of_;
@@ -136,6 +146,11 @@ class ExponentialSolver {
   // What was added to its end's remainder after the series, which have changed_ (2 theta^2 - theta) less than d_; size 0: nothing.
   VecX changed_, trial_changed_;
   double span_ = 0.0;  // the step that d_ belongs to; 0: none
+  // Evaluated with what oscillates, of steps that follow it: a state at the last step's end, of the trial step's end; rates there.
+  VecX full_, full_rate_, full_end_, full_end_rate_;
+  Shaken shaken_, trial_shaken_;  // by what oscillates in the remainder, beside its parabola
+  double turning_ = 0.0;          // s: in which vibrations were taken out last
+  Eigen::Index places_ = 0;       // spans between the places where the remainder was sampled last
   Solution solution_, work_;
   VecX end_, calm_end_, calm_end_rate_, predicted_;
   mutable VecX probe_;
