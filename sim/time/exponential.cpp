@@ -39,6 +39,10 @@ constexpr double least_share = 0.9;
 constexpr double apart_leaves = 0.05, unrest_share = 2.0;
 // What a correction in closed form may leave out, in weights; of what acts at the end so much does on the average.
 constexpr double most_left_out = 0.1, mean_share = 0.3;
+// Rounding of the rates is looked at after so many steps that failed; errors of so many times what it does are none, from so much of the
+// tolerance on.
+constexpr long failures_looked_at = 20;
+constexpr double rounding_units = 10.0, least_rounding = 1e-3;
 // Two thirds of the series of a step are lost where it is repeated: at 0.9 a third of the steps were.
 constexpr double safety = 0.75, most_lengthened = 2.0, least_shrink = 0.2;
 
@@ -57,6 +61,8 @@ void ExponentialSolver::restart(double t0, const VecX& y0) {
   shaken_ = {};
   places_ = 0;
   turning_ = 0.0;
+  rounding_.resize(0);
+  looked_at_ = failures + failures_looked_at;
   model_.modes.shapes.resize(0, 0);  // coordinates may be others
   if (!linearise(t0, y0, nullptr, 0.0, model_)) throw SimulationError("the derivatives at the start cannot be evaluated");
   calm_ = y0;
@@ -557,7 +563,28 @@ bool ExponentialSolver::attempt(double h) {
   const VecX change = end_ - predicted_;
   error_ = std::sqrt(change.cwiseProduct(weight).squaredNorm() / static_cast<double>(size));
   trial_shaken_ = {};
+  if (error_ > 1.0) error_ -= rounding_of(trial_model_, h, weight);
   return error_ > 1.0 || problem_.tolerance >= sampled_below || follow_oscillation(h, weight);
+}
+
+// Where next to nothing moves, and little is asked to be seen, rates are rounding: as loads they leave errors that no shorter step makes
+// less. How far the rates at the present state change with its last digits.
+void ExponentialSolver::look_at_rounding() {
+  VecX y = state_, rates(problem_.size);
+  for (Eigen::Index i = 0; i < y.size(); ++i) y[i] *= 1.0 + (i % 3 - 1) * 2.0 * std::numeric_limits<double>::epsilon();
+  rounding_ = VecX::Zero(nw_);
+  VecX here(problem_.size);
+  if (!rates_of_(time_, y.data(), rates.data()) || !rates_of_(time_, state_.data(), here.data())) return;
+  rounding_ = (rates - here).segment(nq_, nw_).cwiseAbs();
+}
+
+// What of a step's estimated error, in weights, is rounding.
+double ExponentialSolver::rounding_of(const LinearModel& m, double h, const VecX& weight) const {
+  if (rounding_.size() != nw_ || nw_ == 0) return 0.0;
+  MatX load = MatX::Zero(problem_.size, 3);
+  load.col(0).segment(nq_, nw_) = rounding_;
+  const double effect = effect_of(m, load, h, weight);
+  return effect < least_rounding ? 0.0 : rounding_units * effect;
 }
 
 // What a load of so much (1, x, x^2, x from -1 to 1 over a step) makes of coordinates and rates, in weights: what vibrates is moved by it
@@ -682,7 +709,7 @@ double ExponentialSolver::step(double t_stop, VecX& y) {
       y = state_;
       return time_;
     }
-    ++failures;
+    if (++failures == looked_at_) look_at_rounding();
     h_ = h * std::min(factor, 0.9);
   }
 }

@@ -123,6 +123,8 @@ class ExponentialSolver {
   bool find_end(const VecX& centre, const VecX& slope, const VecX& bend, double h, VecX& end);
   bool attempt(double h);
   double effect_of(const LinearModel& model, const MatX& load, double h, const VecX& weight) const;
+  void look_at_rounding();
+  double rounding_of(const LinearModel& model, double h, const VecX& weight) const;
   bool sample(double h, Eigen::Index first, Eigen::Index every, MatX& values);
   bool follow_oscillation(double h, const VecX& weight);
   void add_shaken(const LinearModel& model, const Shaken& shaken, double s, VecX& y) const;
@@ -155,6 +157,8 @@ class ExponentialSolver {
   VecX end_, calm_end_, calm_end_rate_, predicted_;
   mutable VecX probe_;
   double error_ = 0.0;
+  VecX rounding_;                          // of w' at the present state, once looked at
+  long looked_at_ = 0;                     // failures then
   int models_since_ = 0;                   // whose modes were taken over
   Splitting splitting_, splitting_ahead_;  // of whole steps and of ways to their middle
 };
