@@ -39,8 +39,8 @@ constexpr double least_share = 0.9;
 constexpr double apart_leaves = 0.05, unrest_share = 2.0;
 // What a correction in closed form may leave out, in weights; of what acts at the end so much does on the average.
 constexpr double most_left_out = 0.1, mean_share = 0.3;
-// Rounding of the rates is looked at after so many steps that failed; errors of so many times what it does are none, from so much of the
-// tolerance on.
+// Rounding of the rates is looked at after so many steps that failed, where a third of all did; errors of so many times what it does are
+// none, from so much of the tolerance on.
 constexpr long failures_looked_at = 20;
 constexpr double rounding_units = 10.0, least_rounding = 1e-3;
 // Two thirds of the series of a step are lost where it is repeated: at 0.9 a third of the steps were.
@@ -709,7 +709,7 @@ double ExponentialSolver::step(double t_stop, VecX& y) {
       y = state_;
       return time_;
     }
-    if (++failures == looked_at_) look_at_rounding();
+    if (++failures >= looked_at_ && 3 * failures > steps && rounding_.size() == 0) look_at_rounding();
     h_ = h * std::min(factor, 0.9);
   }
 }
