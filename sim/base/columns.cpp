@@ -8,9 +8,21 @@ void set_negative_to_parent(const Pose& a, const Mat6X& B, Mat6X& C) {
   for (Eigen::Index k = 0; k < B.cols(); ++k) C.col(k) = -to_parent(a, B.col(k));
 }
 void set_negative_to_parent(const PlanePose& a, const MatX3& B, MatX3& C) {
-  C.col(0) = -a.c * B.col(0) + a.s * B.col(1) - a.p.y() * B.col(2);
-  C.col(1) = -a.s * B.col(0) - a.c * B.col(1) + a.p.x() * B.col(2);
-  C.col(2) = -B.col(2);
+  const Eigen::Index n = B.rows();
+  const double *const x = B.data(), *const y = x + n, *const turn = y + n, px = a.p.x(), py = a.p.y();
+  double *const to_x = C.data(), *const to_y = to_x + n, *const to_turn = to_y + n;
+  Eigen::Index k = 0;
+  for (; k + 4 <= n; k += 4) {
+    const Four u = four(x + k).v, v = four(y + k).v, w = four(turn + k).v;
+    four(to_x + k).v = -a.c * u + a.s * v - py * w;
+    four(to_y + k).v = -a.s * u - a.c * v + px * w;
+    four(to_turn + k).v = -w;
+  }
+  for (; k < n; ++k) {
+    to_x[k] = -a.c * x[k] + a.s * y[k] - py * turn[k];
+    to_y[k] = -a.s * x[k] - a.c * y[k] + px * turn[k];
+    to_turn[k] = -turn[k];
+  }
 }
 
 void wrenches_to_parent(const Pose& a, Mat6X& F, Eigen::Index n) {

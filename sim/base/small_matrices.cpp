@@ -1,6 +1,7 @@
 #include "sim/base/small_matrices.h"
 
 #include "sim/base/four.h"
+#include "sim/base/padded_factor.h"
 
 #include <Eigen/LU>
 
@@ -234,6 +235,8 @@ bool factorise_padded(double* base, int n, int stride) {
 
 }  // namespace
 
+bool factorise_filled(double* D, int n, int stride) { return factorise_padded(D, n, stride); }
+
 bool cholesky(const MatX& D, MatX& L) {
   const int n = static_cast<int>(D.rows()), stride = (n + 3) & ~3;
   L.resize(n, n);
@@ -312,6 +315,8 @@ void solve_factor(const double* L, int n, double* v) {
 }
 
 }  // namespace
+
+void solve_filled(const double* L, int stride, double* x) { solve_factor(L, stride, x); }
 
 void solve(const MatX& L, double* x) {
   const int n = static_cast<int>(L.rows());
@@ -503,20 +508,33 @@ void multiply_few(const double* a, Eigen::Index n, const double* x, double* y) {
   for (int r = 0; r < M; ++r) y[r] = sum[r];
 }
 
+// The same of four rows: what choosing the kernel for wider registers costs is more than this.
+void multiply_four(const double* a, Eigen::Index n, const double* x, double* y) {
+  Four s{};
+  Eigen::Index k = 0;
+  for (; k + 4 <= n; k += 4, a += 16)
+    s += (four(a).v * x[k] + four(a + 4).v * x[k + 1]) + (four(a + 8).v * x[k + 2] + four(a + 12).v * x[k + 3]);
+  for (; k < n; ++k, a += 4) s += four(a).v * x[k];
+  four(y).v = s;
+}
+
 }  // namespace
 
 void multiply(const MatX& A, const double* x, double* y) {
   if (A.rows() == 1) return multiply_few<1>(A.data(), A.cols(), x, y);
   if (A.rows() == 2) return multiply_few<2>(A.data(), A.cols(), x, y);
   if (A.rows() == 3) return multiply_few<3>(A.data(), A.cols(), x, y);
+  if (A.rows() == 4) return multiply_four(A.data(), A.cols(), x, y);
   wide_multiply(A, x, y);
 }
 
-bool invert(MatX& A) {
-  const Eigen::Index n = A.rows();
-  if (n == 2) return invert_two(A.data());
-  static thread_local std::vector<Eigen::Index> order;
-  order.resize(n);
+namespace {
+
+// Of n rows and columns, N where they are known to the compiler, else 0; order: room for n numbers.
+template <int N>
+FLEXFRAME_INLINE bool invert_square(double* a, Eigen::Index rows, Eigen::Index* order) {
+  const Eigen::Index n = N > 0 ? N : rows;
+  const auto A = [&](Eigen::Index i, Eigen::Index k) -> double& { return a[k * n + i]; };
   for (Eigen::Index k = 0; k < n; ++k) {
     Eigen::Index pivot = k;
     for (Eigen::Index i = k + 1; i < n; ++i)
@@ -540,6 +558,18 @@ bool invert(MatX& A) {
     if (order[k] != k)
       for (Eigen::Index i = 0; i < n; ++i) std::swap(A(i, k), A(i, order[k]));
   return true;
+}
+
+}  // namespace
+
+bool invert(MatX& A) {
+  const Eigen::Index n = A.rows();
+  if (n == 2) return invert_two(A.data());
+  Eigen::Index few[3];
+  if (n == 3) return invert_square<3>(A.data(), n, few);
+  static thread_local std::vector<Eigen::Index> order;
+  order.resize(n);
+  return invert_square<0>(A.data(), n, order.data());
 }
 
 }  // namespace flexframe::sim

@@ -179,7 +179,11 @@ void structural_force(const Body& body, const VecX& q, const VecX& qd, VecX& out
   if (body.stiffness.size() > 0) out = body.stiffness.cwiseProduct(q);
   else multiply(body.Ke, q, out);
   if (body.ksigma.size() > 0) out += body.ksigma;
-  if (body.De.size() > 0) out.noalias() += body.De * qd;
+  if (body.De.size() == 0) return;
+  // A product's set-up costs more than the work of few coordinates.
+  if (body.n > 8) out.noalias() += body.De * qd;
+  else
+    for (int k = 0; k < body.n; ++k) out += body.De.col(k) * qd[k];
 }
 
 }  // namespace

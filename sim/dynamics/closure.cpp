@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <limits>
 #include <numeric>
+#include <span>
 
 namespace flexframe::sim {
 namespace {
@@ -146,8 +147,8 @@ struct WhichRows {
   const LoopPoses<S>& poses;
 };
 
-// Calls on_loop(row, LoopRow, closure row), on_coupling(row, coupling) and on_lock(row, index of the locked rate), in the rows' order; of
-// the partition's rows `row` is the index there.
+// Calls on_loop(row, LoopRow, closure row), on_coupling(row, coupling) and on_lock(row, index of the locked rate) in the order of all rows,
+// or of the partition's, where `row` is the index there.
 template <class S>
 struct LoopRow {
   const LoopJoint& loop;
@@ -158,28 +159,22 @@ void for_rows(const Model& model, const W& work, const WhichRows<typename W::In>
               OnLock&& on_lock) {
   const Cluster& c = model.clusters[which.cluster];
   const ClusterWork& cw = work.clusters[which.cluster];
-  // Kept between calls: this runs several times an evaluation.
-  static thread_local std::vector<int> place;
-  const int total = closure_row_count(model, work, which.cluster);
-  if (static_cast<int>(place.size()) < total) place.resize(total);
-  int* const wanted = place.data();
-  for (int row = 0; row < total; ++row) wanted[row] = which.all ? row : -1;
-  if (!which.all)
-    for (size_t i = 0; i < cw.partition.rows.size(); ++i) wanted[cw.partition.rows[i]] = static_cast<int>(i);
-  int row = 0;
-  for (size_t k = 0; k < c.loops.size(); ++k) {
-    const int l = c.loops[k];
-    for (const auto& closure : loop_rows(model, work, l)) {
-      if (wanted[row] >= 0) on_loop(wanted[row], LoopRow<typename W::In>{model.loops[l], which.poses[k]}, closure);
-      ++row;
+  const auto visit = [&](int index, size_t row) {
+    for (size_t k = 0; k < c.loops.size(); ++k) {
+      const auto& rows = loop_rows(model, work, c.loops[k]);
+      if (row < rows.size()) return on_loop(index, LoopRow<typename W::In>{model.loops[c.loops[k]], which.poses[k]}, rows[row]);
+      row -= rows.size();
     }
+    if (row < c.couplings.size()) on_coupling(index, model.couplings[c.couplings[row]]);
+    else on_lock(index, row - c.couplings.size());
+  };
+  if (which.all) {
+    const int total = closure_row_count(model, work, which.cluster);
+    for (int row = 0; row < total; ++row) visit(row, static_cast<size_t>(row));
+    return;
   }
-  for (int k : c.couplings) {
-    if (wanted[row] >= 0) on_coupling(wanted[row], model.couplings[k]);
-    ++row;
-  }
-  for (size_t k = 0; k < cw.locked.size(); ++k, ++row)
-    if (wanted[row] >= 0) on_lock(wanted[row], k);
+  int index = 0;
+  for (const int row : cw.partition.rows) visit(index++, static_cast<size_t>(row));
 }
 
 // Those of a row's unit multiplier.
@@ -548,35 +543,87 @@ const std::vector<JointInBase<typename W::In>>& joints_in_base(const Model& mode
   return joints;
 }
 
-// project_wrench of a wrench F on a frame that is given about the base frame's origin in its axes, by joints_in_base; and the pose of that
-// frame there.
+// A row of a loop's condition: what its unit multiplier does to frame b, about the base frame's origin in its axes. On a it acts the
+// other way.
 template <class S>
-struct FromBase {
+struct RowForce {
+  int row;  // of the partition
+  const LoopJoint* loop;
+  const LoopPose<S>* at;
+  typename S::Twist on_b;
+};
+// Those of the partition; on_coupling and on_lock as for_rows has them.
+template <class W, class OnCoupling, class OnLock>
+std::span<const RowForce<typename W::In>> row_forces(const Model& model, const W& work, const WhichRows<typename W::In>& which,
+                                                     OnCoupling&& on_coupling, OnLock&& on_lock) {
+  static thread_local std::vector<RowForce<typename W::In>> forces;
+  forces.clear();
+  for_rows(
+      model, work, which,
+      [&](int row, const auto& at, const auto& closure) {
+        forces.push_back({row, &at.loop, &at.at, wrench_to_parent(at.at.b, unit_wrenches<W>(closure, at.at.relative).on_b)});
+      },
+      on_coupling, on_lock);
+  return forces;
+}
+
+// Where the rates of a cluster stand among the columns of its conditions: dependent ones first.
+const std::vector<int>& columns_of_rates(const Cluster& c, const Partition& partition) {
+  static thread_local std::vector<int> column;
+  if (column.size() < static_cast<size_t>(c.nv)) column.resize(static_cast<size_t>(c.nv));
+  int next = 0;
+  for (int k : partition.dep) column[k] = next++;
+  for (int k : partition.ind) column[k] = next++;
+  return column;
+}
+
+// The partition's rows of G, column by column, and by what they are made.
+template <class S>
+struct RowsOfG {
   const std::vector<JointInBase<S>>& joints;
+  const std::vector<int>& column;  // columns_of_rates
   int cluster;
   bool elastic;
+  Eigen::Index rows;
+  double* G;
 };
+// A loop's frame, its pose in the base frame, and the sense in which the rows' forces act on it.
 template <class S>
-struct LoadInBase {
+struct LoopEnd {
   int frame;
-  typename S::Twist F;
   const typename S::Pose& pose;
+  double sense;
 };
+
+// Adds the products of some rows' wrench on a part with its twists per elastic rate, B at the pose in the base frame.
 template <class W>
-void project_from_base(const Model& model, const W& work, const LoadInBase<typename W::In>& load, const FromBase<typename W::In>& by,
-                       VecX& out) {
-  int at = load.frame, i = model.frames[at].part;
-  if (i == ground) return;
-  const int cluster = by.cluster, v0 = model.clusters[cluster].v0;
-  for (; i != ground && model.parts[i].cluster == cluster; i = model.parts[i].parent) {
+void add_elastic_columns(const typename W::In::Columns& B, const typename W::In::Pose& pose, int first,
+                         std::span<const RowForce<typename W::In>> forces, const LoopEnd<typename W::In>& end,
+                         const RowsOfG<typename W::In>& out) {
+  for (const auto& force : forces) {
+    const typename W::In::Twist on_frame = wrench_to_child(pose, typename W::In::Twist(end.sense * force.on_b));
+    for (Eigen::Index k = 0; k < count(B); ++k) out.G[out.column[first + k] * out.rows + force.row] += column(B, k).dot(on_frame);
+  }
+}
+
+// What the rows of one loop make of the rates between one of its frames and what carries the cluster.
+template <class W>
+void add_path(const Model& model, const W& work, std::span<const RowForce<typename W::In>> forces, const LoopEnd<typename W::In>& end,
+              const RowsOfG<typename W::In>& out) {
+  const int v0 = model.clusters[out.cluster].v0;
+  int at = end.frame;
+  for (int i = model.frames[at].part; i != ground && model.parts[i].cluster == out.cluster; i = model.parts[i].parent) {
     const Part& part = model.parts[i];
-    const auto& joint = by.joints[i];
-    for (int k = 0; k < part.joint.nv; ++k) out[part.v0 - v0 + k] += joint.twists.col(k).dot(load.F);
-    if (by.elastic && part.body.n > 0) {
+    const auto& joint = out.joints[i];
+    for (int k = 0; k < part.joint.nv; ++k) {
+      double* const g = out.G + out.column[part.v0 - v0 + k] * out.rows;
+      for (const auto& force : forces) g[force.row] += end.sense * joint.twists.col(k).dot(force.on_b);
+    }
+    if (out.elastic && part.body.n > 0) {
       const auto &f = work.frames[at], &o = work.frames[part.joint.outboard];
-      double* const e = out.data() + (part.ev0 - v0);
-      if (f.flexible) add_dots(f.B, wrench_to_child(at == load.frame ? load.pose : compose(work.parts[i].in_base, f.pose), load.F), e);
-      if (o.flexible) subtract_dots(o.B, wrench_to_child(joint.outboard, load.F), e);
+      if (f.flexible)
+        add_elastic_columns<W>(f.B, at == end.frame ? end.pose : compose(work.parts[i].in_base, f.pose), part.ev0 - v0, forces, end, out);
+      if (o.flexible) add_elastic_columns<W>(o.B, joint.outboard, part.ev0 - v0, forces, {at, end.pose, -end.sense}, out);
     }
     at = part.joint.inboard;
   }
@@ -590,47 +637,43 @@ struct WhichColumns {
 // The partition's rows of G: the inverse of their columns dep into Gd, with all columns minus the others into Gi.
 template <class W>
 void factorise_closure(const Model& model, int cluster, W& work, const LoopPoses<typename W::In>& poses, const WhichColumns& columns) {
-  using Twist = typename W::In::Twist;
+  using S = typename W::In;
+  const Cluster& c = model.clusters[cluster];
   ClusterWork& cw = work.clusters[cluster];
-  const std::vector<int>&dep = cw.partition.dep, &ind = cw.partition.ind;
-  const Eigen::Index nd = static_cast<Eigen::Index>(dep.size()), ni = columns.all ? static_cast<Eigen::Index>(ind.size()) : 0;
-  cw.Gd.resize(nd, nd);
-  if (columns.all) cw.Gi.resize(nd, ni);
-  const auto take_line = [&](int row) {
-    const double* const line = cw.line.data();
-    double* to = cw.Gd.data() + row;
-    for (Eigen::Index k = 0; k < nd; ++k, to += nd) *to = line[dep[k]];
-    to = cw.Gi.data() + row;
-    for (Eigen::Index k = 0; k < ni; ++k, to += nd) *to = -line[ind[k]];
-  };
-  cw.line.resize(model.clusters[cluster].nv);
-  const FromBase<typename W::In> by{joints_in_base(model, work, cluster), cluster, columns.elastic};
-  for_rows(
+  const Eigen::Index nd = static_cast<Eigen::Index>(cw.partition.dep.size()), ni = static_cast<Eigen::Index>(cw.partition.ind.size());
+  static thread_local std::vector<double> G;
+  G.assign(static_cast<size_t>(nd * (nd + ni)), 0.0);
+  const std::vector<int>& column = columns_of_rates(c, cw.partition);
+  const auto forces = row_forces(
       model, work, {cluster, false, poses},
-      [&](int row, const auto& at, const auto& closure) {
-        // What acts on b acts on a the other way.
-        const Twist force = wrench_to_parent(at.at.b, unit_wrenches<W>(closure, at.at.relative).on_b);
-        cw.line.setZero();
-        project_from_base(model, work, {at.loop.b, force, at.at.b}, by, cw.line);
-        project_from_base(model, work, {at.loop.a, -force, at.at.a}, by, cw.line);
-        take_line(row);
-      },
       [&](int row, const CouplingRow& coupling) {
+        cw.line.resize(c.nv);
         coupling_line(model, cluster, coupling, work, columns.elastic);
-        take_line(row);
+        for (int k = 0; k < c.nv; ++k) G[static_cast<size_t>(column[k] * nd + row)] = cw.line[k];
       },
-      [&](int row, size_t lock) {
-        cw.line.setZero();
-        cw.line[cw.locked[lock]] = 1.0;
-        take_line(row);
-      });
+      [&](int row, size_t lock) { G[static_cast<size_t>(column[cw.locked[lock]] * nd + row)] = 1.0; });
+  const RowsOfG<S> out{joints_in_base(model, work, cluster), column, cluster, columns.elastic, nd, G.data()};
+  for (size_t from = 0, to = 0; from < forces.size(); from = to) {
+    // Rows of one loop that follow one another go the way together.
+    const LoopJoint& loop = *forces[from].loop;
+    while (to < forces.size() && forces[to].loop == &loop) ++to;
+    const auto of_loop = forces.subspan(from, to - from);
+    add_path<W>(model, work, of_loop, {loop.b, forces[from].at->b, 1.0}, out);
+    add_path<W>(model, work, of_loop, {loop.a, forces[from].at->a, -1.0}, out);
+  }
+  cw.Gd.resize(nd, nd);
+  std::copy_n(G.data(), nd * nd, cw.Gd.data());
+  if (columns.all) {
+    cw.Gi.resize(nd, ni);
+    for (Eigen::Index k = 0; k < nd * ni; ++k) cw.Gi.data()[k] = -G[static_cast<size_t>(nd * nd + k)];
+  }
   // A singular one leaves nothing finite, and the loop is found to stay open.
   if (!invert(cw.Gd)) cw.Gd.setConstant(std::numeric_limits<double>::infinity());
 }
 
 // out = A x.
 void multiply_into(const MatX& A, const VecX& x, VecX& out) {
-  out.resize(A.rows());
+  if (out.size() != A.rows()) out.resize(A.rows());
   multiply(A, x.data(), out.data());
 }
 
@@ -663,32 +706,26 @@ double driven_rate(const Model& model, const W& work, int cluster, int frame, ty
   return rate;
 }
 
-// The same of a wrench that is given about the base frame's origin in its axes.
+// Adds the rates of the rows of one loop along the prescribed motions between one of its frames and what carries the cluster.
 template <class W>
-double driven_rate_from_base(const Model& model, const W& work, int cluster, const std::type_identity_t<WrenchAt<W>>& load) {
-  double rate = 0.0;
-  for (int i = model.frames[load.frame].part; i != ground && model.parts[i].cluster == cluster; i = model.parts[i].parent) {
+void add_driven_rates(const Model& model, const W& work, int cluster, std::span<const RowForce<typename W::In>> forces,
+                      const LoopEnd<typename W::In>& end, VecX& rate) {
+  for (int i = model.frames[end.frame].part; i != ground && model.parts[i].cluster == cluster; i = model.parts[i].parent) {
     const TreeJoint& joint = model.parts[i].joint;
     if (joint.motion < 0) continue;
     const auto& p = work.parts[i];
-    rate += to_parent(p.in_base, p.driven).dot(load.F) * work.motion[joint.motion].rate;
+    const auto twist = to_parent(p.in_base, p.driven);
+    for (const auto& force : forces) rate[force.row] += end.sense * twist.dot(force.on_b) * work.motion[joint.motion].rate;
   }
-  return rate;
 }
 
 // Of the partition's rows: rates while every rate rests and only prescribed motions go on, into ClusterWork::rate.
 template <class W>
 void update_driven_rates(const Model& model, int cluster, W& work, const LoopPoses<typename W::In>& poses) {
-  using Twist = typename W::In::Twist;
   VecX& rate = work.clusters[cluster].rate;
   rate.setZero(static_cast<Eigen::Index>(work.clusters[cluster].partition.rows.size()));
-  for_rows(
+  const auto forces = row_forces(
       model, work, {cluster, false, poses},
-      [&](int row, const auto& at, const auto& closure) {
-        const Twist force = wrench_to_parent(at.at.b, unit_wrenches<W>(closure, at.at.relative).on_b);
-        rate[row] = driven_rate_from_base(model, work, cluster, {at.loop.b, force}) -
-                    driven_rate_from_base(model, work, cluster, {at.loop.a, force});
-      },
       [&](int row, const CouplingRow& coupling) {
         for (const CouplingRow::Term& term : coupling.terms)
           if (model.parts[term.part].joint.motion >= 0) rate[row] += term.factor * coupled(model, work, term).rate;
@@ -696,6 +733,13 @@ void update_driven_rates(const Model& model, int cluster, W& work, const LoopPos
                       [&](int frame, const auto& F) { rate[row] += driven_rate(model, work, cluster, frame, F); });
       },
       [](int, size_t) {});
+  for (size_t from = 0, to = 0; from < forces.size(); from = to) {
+    const LoopJoint& loop = *forces[from].loop;
+    while (to < forces.size() && forces[to].loop == &loop) ++to;
+    const auto of_loop = forces.subspan(from, to - from);
+    add_driven_rates<W>(model, work, cluster, of_loop, {loop.b, forces[from].at->b, 1.0}, rate);
+    add_driven_rates<W>(model, work, cluster, of_loop, {loop.a, forces[from].at->a, -1.0}, rate);
+  }
 }
 
 // Moves the dependent coordinates by -ClusterWork::step, joint by joint.
@@ -867,7 +911,6 @@ void close_rates(const Model& model, int cluster, W& work, bool for_acceleration
     multiply_into(cw.Gd, rhs, cw.e0);
     dep += cw.e0;
   }
-  for (int k = 0; k < ni; ++k) work.w[c.v0 + part.ind[k]] = ind[k];
   for (int k = 0; k < nd; ++k) work.w[c.v0 + part.dep[k]] = dep[k];
   update_cluster_velocities(model, cluster, work);
   if (!for_accelerations) return;

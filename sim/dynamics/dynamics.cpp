@@ -4,6 +4,7 @@
 #include "sim/base/small_matrices.h"
 #include "sim/base/wide.h"
 #include "sim/dynamics/closure.h"
+#include "sim/dynamics/few_rates.h"
 #include "sim/dynamics/flexures.h"
 #include "sim/dynamics/kinematics.h"
 #include "sim/dynamics/loads.h"
@@ -362,6 +363,10 @@ FLEXFRAME_INLINE void reduce_cluster(const Model& model, int cluster, W& work) {
 }  // namespace
 
 void reduced_mass(const ClusterWork& cw, MatX& D) {
+  if (!cw.whole) {
+    D.noalias() = cw.L * cw.L.transpose();
+    return;
+  }
   if (cw.partition.dep.empty()) D = cw.M;
   else project_mass(cw, D);
   for (Eigen::Index c = 1; c < D.cols(); ++c)
@@ -502,6 +507,7 @@ FLEXFRAME_INLINE void solve_cluster(const Model& model, int cluster, W& work) {
 
 template <class W>
 FLEXFRAME_INLINE void assemble(const Model& model, int cluster, W& work) {
+  work.clusters[cluster].whole = true;
   assemble_cluster(model, cluster, work);
   reduce_cluster(model, cluster, work);
 }
@@ -515,7 +521,7 @@ FLEXFRAME_INLINE void accelerate(const Model& model, W& work, bool rates_alone) 
   update_loads(model, work);
   start_composites(model, work);
   // How a cluster's accelerations are found.
-  enum class By : char { link, reduced, matrix };
+  enum class By : char { link, few, reduced, matrix };
   static thread_local std::vector<By> way;
   const Carrying& carries = work.carrying;
   const int clusters = static_cast<int>(model.clusters.size());
@@ -525,6 +531,8 @@ FLEXFRAME_INLINE void accelerate(const Model& model, W& work, bool rates_alone) 
     const bool weighs = carrier != ground && carries.moves[carrier];
     if (is_link(carries, k, work.clusters[k]) && reduce_link(model, k, weighs, work)) {
       way[k] = By::link;
+    } else if (rates_alone && !weighs && has_few_rates(model, k, work)) {
+      way[k] = By::few;
     } else if (rates_alone && !weighs && prefers_reduced(model, k, work)) {
       way[k] = By::reduced;
     } else {
@@ -538,8 +546,9 @@ FLEXFRAME_INLINE void accelerate(const Model& model, W& work, bool rates_alone) 
       continue;
     }
     update_base_acceleration(model, k, work);
-    if (way[k] != By::reduced || !solve_reduced(model, k, work)) {
-      if (way[k] == By::reduced) wide_assemble(model, k, work);
+    const bool solved = (way[k] == By::few && solve_few(model, k, work)) || (way[k] == By::reduced && solve_reduced(model, k, work));
+    if (!solved) {
+      if (way[k] != By::matrix) wide_assemble(model, k, work);
       solve_cluster(model, k, work);
     }
     // Of the parts themselves only the power of motions asks, and what hangs on them.

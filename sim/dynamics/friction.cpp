@@ -5,6 +5,7 @@
 #include "sim/dynamics/friction_rest.h"
 #include "sim/dynamics/kinematics.h"
 #include "sim/dynamics/massless.h"
+#include "sim/dynamics/reduced_mass.h"
 #include "sim/scene/joint_kinds.h"
 
 #include <fmt/format.h>
@@ -262,7 +263,7 @@ FrictionState make_friction(const Model& model, Work& work) {
 }
 
 template <class W>
-void update_friction_accelerations(const Model& model, FrictionState& friction, W& work) {
+void update_friction_accelerations(const Model& model, FrictionState& friction, W& work, bool rates_alone) {
   bool sticking = false;
   for (FrictionPoint& p : friction.points) {
     sticking = sticking || p.phase == FrictionPhase::stick;
@@ -270,6 +271,7 @@ void update_friction_accelerations(const Model& model, FrictionState& friction, 
     else if (!p.law.reaction) force_of(p, work.joints) = factor(friction, p, model, work.w) * p.law.normal_force;
   }
   if (friction.reactions) solve_reaction_friction(model, friction, work);
+  else if (rates_alone && !sticking) update_accelerations_alone(model, work);
   else update_accelerations(model, work);
   if (friction.reactions)
     for (FrictionPoint& p : friction.points)
@@ -289,8 +291,8 @@ void update_friction_accelerations(const Model& model, FrictionState& friction, 
   }
 }
 
-template void update_friction_accelerations(const Model&, FrictionState&, Work&);
-template void update_friction_accelerations(const Model&, FrictionState&, PlaneWork&);
+template void update_friction_accelerations(const Model&, FrictionState&, Work&, bool);
+template void update_friction_accelerations(const Model&, FrictionState&, PlaneWork&, bool);
 
 void settle_friction(const Model& model, FrictionState& friction, const std::vector<int>& resting, Work& work,
                      std::vector<std::string>& changes) {

@@ -57,9 +57,9 @@ FrictionState make_friction(const Model& model, Work& work);
 
 // Accelerations with friction: sets JointWork::friction, calls update_accelerations, finds normal forces and the forces that hold.
 // W: Work or PlaneWork. Positions and velocities come first. Throws SimulationError where no friction force is consistent with its reaction
-// (jamming).
+// (jamming). rates_alone: update_accelerations_alone (reduced_mass.h) where no reaction is asked for.
 template <class W>
-void update_friction_accelerations(const Model& model, FrictionState& friction, W& work);
+void update_friction_accelerations(const Model& model, FrictionState& friction, W& work, bool rates_alone = false);
 
 // Finds the phases of what rests at the present state: the points in `resting` and those that stick. Renews locks, partitions,
 // positions and velocities of the clusters concerned. Names of joints that changed are added to `changes` ("joint 'guide' sticks").

@@ -167,19 +167,26 @@ void update_frame_jacobian(const Model&, int frame, PlaneWork& work) {
   if (!fm.flexible) return;
   const PlaneFrame& f = work.plane.frame_constants[frame];
   const PlaneNode& node = f.node;
-  const double c = fm.pose.c, s = fm.pose.s;
-  const auto x = node.phi.col(0), y = node.phi.col(1);
-  const auto x2 = fm.phi2q.col(0), y2 = fm.phi2q.col(1);
-  if (node.phi2[0].size() + node.phi2[1].size() > 0) {
-    fm.B.col(0) = c * (x + x2) + s * (y + y2);
-    fm.B.col(1) = c * (y + y2) - s * (x + x2);
-  } else {
-    fm.B.col(0) = c * x + s * y;
-    fm.B.col(1) = c * y - s * x;
+  const double c = fm.pose.c, s = fm.pose.s, arm_x = f.arm.x(), arm_y = f.arm.y();
+  const Eigen::Index n = fm.B.rows();
+  const bool second = node.phi2[0].size() + node.phi2[1].size() > 0, arm = !f.arm.isZero(0.0);
+  const double *const x = node.phi.data(), *const y = x + n, *const x2 = fm.phi2q.data(), *const y2 = x2 + n;
+  const double* const psi = node.psi.data();
+  double* __restrict const along = fm.B.data(), * __restrict const across = along + n;
+  const auto fill = [&](const auto& displacement_x, const auto& displacement_y) {
+    for (Eigen::Index k = 0; k < n; ++k) {
+      const double u = displacement_x(k), v = displacement_y(k);
+      along[k] = c * u + s * v;
+      across[k] = c * v - s * u;
+    }
+  };
+  if (second) fill([&](Eigen::Index k) { return x[k] + x2[k]; }, [&](Eigen::Index k) { return y[k] + y2[k]; });
+  else fill([&](Eigen::Index k) { return x[k]; }, [&](Eigen::Index k) { return y[k]; });
+  if (!arm) return;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    along[k] -= arm_y * psi[k];
+    across[k] += arm_x * psi[k];
   }
-  if (f.arm.isZero(0.0)) return;
-  fm.B.col(0) -= f.arm.y() * node.psi;
-  fm.B.col(1) += f.arm.x() * node.psi;
 }
 
 template <class W>

@@ -551,7 +551,9 @@ double dissipated_power(const Model& model, const W& work) {
   for (size_t i = 0; i < model.parts.size(); ++i) {
     const FlexibleBody& body = model.parts[i].body;
     const auto& p = work.parts[i];
-    if (body.De.size() > 0) power += p.qd.dot(body.De * p.qd);
+    // A product with the whole matrix costs more in its set-up where it is small.
+    if (body.De.size() > 0)
+      for (Eigen::Index k = 0; k < body.n; ++k) power += p.qd[k] * body.De.col(k).dot(p.qd);
   }
   for (const LoopJoint& loop : model.loops)
     if (loop.spring) power += loop.spring->damping * std::pow(loop_spring(model, work, loop).rate, 2);

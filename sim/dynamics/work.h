@@ -41,6 +41,7 @@ struct ClusterWork {
   VecX e0, gamma;                         // dep: from prescribed motions; acceleration at zero independent accelerations
   MatX M;                                 // nv x nv, lower half
   VecX r;                                 // nv bias minus applied forces
+  bool whole = true;                      // M and r are of the accelerations found last, not only L (few_rates.h)
   MatX L;                                 // ind x ind: reduced mass matrix = L L^T, lower half
   VecX inertia;                           // its diagonal
   MatX DinvUt;                            // scratch of reduce_inertia

@@ -66,7 +66,7 @@ template <class W>
 void evaluate(System& system, W& work, double& supplied, double& dissipated) {
   move(system.model, work);
   if (system.friction.points.empty()) update_accelerations_alone(system.model, work);
-  else accelerate(system, work);
+  else update_friction_accelerations(system.model, system.friction, work, true);
   if (!system.quadrature) return;
   supplied = work.applied;
   if (system.driven) {

@@ -1,0 +1,268 @@
+#include "sim/dynamics/few_rates.h"
+
+#include "sim/base/four.h"
+#include "sim/base/padded_factor.h"
+#include "sim/base/wide.h"
+
+#include <algorithm>
+
+namespace flexframe::sim {
+namespace {
+
+constexpr int most_rates = 8, most_dependent = 24;
+
+// Twists or momenta of up to 4 Fours rates: component by component.
+template <class S, int Fours>
+struct PerRate {
+  static constexpr int components = S::linear + S::angular;
+  Four of[components][Fours];
+  double* row(int component) { return reinterpret_cast<double*>(of[component]); }
+};
+
+// Twists seen from the pose, as to_child does it.
+template <int Fours>
+FLEXFRAME_INLINE void set_to_child(const PlanePose& a, const PerRate<Plane, Fours>& V, PerRate<Plane, Fours>& out) {
+  for (int f = 0; f < Fours; ++f) {
+    const Four w = V.of[2][f], u = V.of[0][f] - w * a.p.y(), v = V.of[1][f] + w * a.p.x();
+    out.of[0][f] = a.c * u + a.s * v;
+    out.of[1][f] = a.c * v - a.s * u;
+    out.of[2][f] = w;
+  }
+}
+template <int Fours>
+FLEXFRAME_INLINE void set_to_child(const Pose& a, const PerRate<Space, Fours>& V, PerRate<Space, Fours>& out) {
+  for (int f = 0; f < Fours; ++f) {
+    const Four x = V.of[3][f], y = V.of[4][f], z = V.of[5][f];
+    const Four u = V.of[0][f] + (y * a.p.z() - z * a.p.y());
+    const Four v = V.of[1][f] + (z * a.p.x() - x * a.p.z());
+    const Four w = V.of[2][f] + (x * a.p.y() - y * a.p.x());
+    for (int r = 0; r < 3; ++r) {
+      out.of[r][f] = a.R(0, r) * u + a.R(1, r) * v + a.R(2, r) * w;
+      out.of[3 + r][f] = a.R(0, r) * x + a.R(1, r) * y + a.R(2, r) * z;
+    }
+  }
+}
+
+// A part of the cluster: its twists per rate and, at zero independent accelerations, what dependent rates and the base make of its
+// acceleration.
+template <class S, int Fours>
+struct Moved {
+  PerRate<S, Fours> twists;
+  typename S::Twist made;
+};
+
+template <class W, int Fours>
+struct FewRates {
+  using S = typename W::In;
+  using Twist = typename S::Twist;
+  static constexpr int padded = 4 * Fours, components = PerRate<S, Fours>::components;
+
+  const Model& model;
+  const Cluster& c;
+  ClusterWork& cw;
+  W& work;
+  int cluster, rates;
+  double D[padded * padded + 4], h[padded + 4];
+  // Per dependent rate its row of E.
+  Four dependent[most_dependent][Fours];
+  // Per rate of the cluster: its place among the independent ones, or -1 - that among the dependent ones.
+  int place[most_rates + most_dependent];
+
+  FewRates(const Model& of_model, int of_cluster, int independent, W& at)
+      : model(of_model), c(of_model.clusters[of_cluster]), cw(at.clusters[of_cluster]), work(at), cluster(of_cluster), rates(independent) {}
+
+  FLEXFRAME_INLINE void list_rates() {
+    const std::vector<int>&ind = cw.partition.ind, &dep = cw.partition.dep;
+    const Eigen::Index nd = static_cast<Eigen::Index>(dep.size());
+    for (int k = 0; k < rates; ++k) place[ind[k]] = k;
+    cw.Et.resize(rates, nd);
+    for (Eigen::Index d = 0; d < nd; ++d) {
+      place[dep[d]] = -1 - static_cast<int>(d);
+      double* const row = reinterpret_cast<double*>(dependent[d]);
+      for (int k = rates & ~3; k < padded; ++k) row[k] = 0.0;
+      const double* e = &cw.E(d, 0);
+      for (int k = 0; k < rates; ++k, e += nd) row[k] = cw.Et(k, d) = *e;
+    }
+  }
+
+  // Twists of part i; of what carries it they come first.
+  FLEXFRAME_INLINE void move(int i, std::vector<Moved<S, Fours>>& moved) {
+    const Part& part = model.parts[i];
+    const auto& p = work.parts[i];
+    Moved<S, Fours>& out = moved[i];
+    if (hangs_inside(model, i)) {
+      const Moved<S, Fours>& carrier = moved[part.parent];
+      set_to_child(p.in_carrier, carrier.twists, out.twists);
+      out.made = to_child(p.in_carrier, carrier.made);
+      const auto& in = work.frames[part.joint.inboard];
+      if (in.flexible) {
+        PerRate<S, Fours> of_frame{}, seen;
+        place_block(in.B, model.parts[part.parent], of_frame);
+        set_to_child(p.step, of_frame, seen);
+        for (int r = 0; r < components; ++r)
+          for (int f = 0; f < Fours; ++f) out.twists.of[r][f] += seen.of[r][f];
+      }
+    } else {
+      out.twists = {};
+      if (c.parent == ground) out.made.setZero();
+      else out.made = to_child(p.in_base, work.bases[cluster].A);
+    }
+    for (int k = 0; k < part.joint.nv; ++k) {
+      const auto twist = column(p.Hj, k);
+      const int at = place[part.v0 - c.v0 + k];
+      if (at >= 0) {
+        for (int r = 0; r < components; ++r) out.twists.row(r)[at] += twist[r];
+        continue;
+      }
+      for (int r = 0; r < components; ++r)
+        for (int f = 0; f < Fours; ++f) out.twists.of[r][f] += dependent[-1 - at][f] * twist[r];
+      out.made += twist * cw.gamma[-1 - at];
+    }
+    if (part.body.n > 0 && work.frames[part.joint.outboard].flexible) place_block(p.C, part, out.twists);
+  }
+
+  // Adds one column a coordinate of the part's body.
+  FLEXFRAME_INLINE void place_block(const typename S::Columns& A, const Part& part, PerRate<S, Fours>& out) {
+    const int first = place[part.ev0 - c.v0];
+    for (int k = 0; k < part.body.n; ++k)
+      for (int r = 0; r < components; ++r) out.row(r)[first + k] += column(A, k)[r];
+  }
+
+  // T^T M T and -T^T f of a part.
+  FLEXFRAME_INLINE void add_part(int i, const Moved<S, Fours>& at) {
+    const Part& part = model.parts[i];
+    const auto& p = work.parts[i];
+    const PerRate<S, Fours>& T = at.twists;
+    const Twist force = p.fr + p.Mrr.lazyProduct(at.made);
+    PerRate<S, Fours> momenta;
+    for (int f = 0; f < Fours; ++f) {
+      Four on_rates = four(h + 4 * f).v;
+      for (int r = 0; r < components; ++r) {
+        Four sum = T.of[0][f] * p.Mrr(r, 0);
+        for (int s = 1; s < components; ++s) sum += T.of[s][f] * p.Mrr(r, s);
+        momenta.of[r][f] = sum;
+        on_rates -= T.of[r][f] * force[r];
+      }
+      four(h + 4 * f).v = on_rates;
+    }
+    if (part.body.n > 0) add_elastic(i, at, momenta);
+    for (int j = 0; j < rates; ++j)
+      for (int f = j / 4; f < Fours; ++f) {
+        Four sum = four(D + j * padded + 4 * f).v;
+        for (int r = 0; r < components; ++r) sum += momenta.of[r][f] * (reinterpret_cast<const double*>(T.of[r])[j]);
+        four(D + j * padded + 4 * f).v = sum;
+      }
+    for (int k = 0; k < part.joint.nv; ++k) {
+      const int on = place[part.v0 - c.v0 + k];
+      if (on >= 0) h[on] += p.tau[k];
+      else
+        for (int f = 0; f < Fours; ++f) four(h + 4 * f).v += dependent[-1 - on][f] * p.tau[k];
+    }
+  }
+
+  // What its own coordinates add: to the matrix in their columns, to the momenta, and the forces on them.
+  FLEXFRAME_INLINE void add_elastic(int i, const Moved<S, Fours>& at, PerRate<S, Fours>& momenta) {
+    const Part& part = model.parts[i];
+    const auto& p = work.parts[i];
+    const MatX& Mee = work.carrying.elastic[i] ? p.Mee : elastic_mass(kinetic_body(model, work, i), p.terms);
+    const int n = part.body.n, first = place[part.ev0 - c.v0];
+    for (int k = 0; k < n; ++k) {
+      const auto m = column(p.Mre, k);
+      double* const d = D + (first + k) * padded;
+      for (int f = (first + k) / 4; f < Fours; ++f) {
+        Four sum = four(d + 4 * f).v;
+        for (int r = 0; r < components; ++r) sum += at.twists.of[r][f] * m[r];
+        four(d + 4 * f).v = sum;
+      }
+      // Above the diagonal nobody reads.
+      const double* const own = &Mee(0, k);
+      int l = 0;
+      for (; l + 4 <= n; l += 4) four(d + first + l).v += four(own + l).v;
+      for (; l < n; ++l) d[first + l] += own[l];
+      double force = p.fe[k];
+      for (int r = 0; r < components; ++r) {
+        momenta.row(r)[first + k] += m[r];
+        force += m[r] * at.made[r];
+      }
+      h[first + k] -= force;
+    }
+  }
+
+  FLEXFRAME_INLINE bool factorise() {
+    if (cw.inertia.size() != rates) cw.inertia.resize(rates);
+    for (int k = 0; k < rates; ++k) cw.inertia[k] = D[k * (padded + 1)];
+    for (int k = rates; k < padded; ++k) {
+      std::fill_n(D + k * padded, padded, 0.0);
+      D[k * (padded + 1)] = 1.0;
+      h[k] = 0.0;
+    }
+    if (!factorise_filled(D, rates, padded)) return false;
+    if (cw.L.rows() != rates) cw.L.resize(rates, rates);
+    for (int k = 0; k < rates; ++k) {
+      double* const l = &cw.L(0, k);
+      int row = 0;
+      for (; row + 4 <= rates; row += 4) four(l + row).v = four(D + k * padded + row).v;
+      for (; row < rates; ++row) l[row] = D[k * padded + row];
+    }
+    return true;
+  }
+
+  FLEXFRAME_INLINE bool run() {
+    static thread_local std::vector<Moved<S, Fours>> moved;
+    if (moved.size() < model.parts.size()) moved.resize(model.parts.size());
+    list_rates();
+    std::fill_n(D, padded * padded, 0.0);
+    std::fill_n(h, padded, 0.0);
+    for (int i : c.parts) move(i, moved);
+    for (int i : c.parts) add_part(i, moved[i]);
+    if (!factorise()) return false;
+    solve_filled(D, padded, h);
+    cw.whole = false;
+    for (int k = 0; k < rates; ++k) work.wdot[c.v0 + cw.partition.ind[k]] = h[k];
+    for (size_t d = 0; d < cw.partition.dep.size(); ++d) {
+      double a = cw.gamma[static_cast<Eigen::Index>(d)];
+      for (int f = 0; f < Fours; ++f) {
+        const Four s = dependent[d][f] * four(h + 4 * f).v;
+        a += (s[0] + s[1]) + (s[2] + s[3]);
+      }
+      work.wdot[c.v0 + cw.partition.dep[d]] = a;
+    }
+    return true;
+  }
+};
+
+template <class W>
+FLEXFRAME_INLINE bool solve(const Model& model, int cluster, W& work) {
+  const int rates = static_cast<int>(work.clusters[cluster].partition.ind.size());
+  return rates <= 4 ? FewRates<W, 1>(model, cluster, rates, work).run() : FewRates<W, 2>(model, cluster, rates, work).run();
+}
+FLEXFRAME_WIDE bool wide_solve(const Model& model, int cluster, Work& work) { return solve(model, cluster, work); }
+FLEXFRAME_WIDE bool wide_solve(const Model& model, int cluster, PlaneWork& work) { return solve(model, cluster, work); }
+
+}  // namespace
+
+template <class W>
+bool has_few_rates(const Model& model, int cluster, const W& work) {
+  const Cluster& c = model.clusters[cluster];
+  const ClusterWork& cw = work.clusters[cluster];
+  const size_t rates = cw.partition.ind.size();
+  if (rates == 0 || rates > most_rates || cw.partition.dep.size() > most_dependent || cw.carried > 0) return false;
+  for (int k : cw.partition.dep)
+    for (int i : c.parts)
+      if (const int e = c.v0 + k - model.parts[i].ev0; e >= 0 && e < model.parts[i].body.n) return false;
+  return true;
+}
+
+template <class W>
+bool solve_few(const Model& model, int cluster, W& work) {
+  return wide_solve(model, cluster, work);
+}
+
+#define FLEXFRAME_FOR(W)                                    \
+  template bool has_few_rates(const Model&, int, const W&); \
+  template bool solve_few(const Model&, int, W&);
+FLEXFRAME_FOR(Work)
+FLEXFRAME_FOR(PlaneWork)
+#undef FLEXFRAME_FOR
+
+}  // namespace flexframe::sim

@@ -1,0 +1,109 @@
+// Clusters of few independent rates: their accelerations by the twists of their parts against those by composite bodies, in the plane and
+// in space, with loops, prescribed motions, deformation and friction.
+#include "sim/dynamics/dynamics.h"
+#include "sim/dynamics/few_rates.h"
+#include "sim/dynamics/plane_work.h"
+#include "sim/dynamics/reduced_mass.h"
+#include "sim/scene/scene_reader.h"
+#include "sim/start/make_system.h"
+#include "sim/time/system.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace flexframe::sim {
+namespace {
+
+// A state that moves and is deformed, near the start.
+VecX disturbed(const System& system, const VecX& start) {
+  VecX y = start;
+  const Model& model = system.model;
+  for (const Part& p : model.parts)
+    for (int k = 0; k < p.body.n; ++k) y[p.eq0 + k] += 1e-4 * model.size * std::sin(1.0 + k);
+  for (Eigen::Index k = model.nq; k < y.size(); ++k) y[k] += 0.3 * std::cos(2.0 + static_cast<double>(k));
+  return y;
+}
+
+// Accelerations and reduced mass matrices by composites of the state that `work` is in.
+template <class W>
+void expect_same_by_composites(const System& system, W& work) {
+  const Model& model = system.model;
+  const VecX few = work.wdot;
+  std::vector<MatX> mass(model.clusters.size());
+  bool any = false;
+  for (size_t c = 0; c < model.clusters.size(); ++c)
+    if (!work.clusters[c].whole) any = true, reduced_mass(work.clusters[c], mass[c]);
+  ASSERT_TRUE(any) << "no cluster was solved by its parts' twists";
+  update_accelerations(model, work);
+  EXPECT_LT((work.wdot - few).norm(), 1e-10 * (1.0 + few.norm()));
+  for (size_t c = 0; c < model.clusters.size(); ++c) {
+    if (mass[c].size() == 0) continue;
+    EXPECT_TRUE(work.clusters[c].whole);
+    MatX D;
+    reduced_mass(work.clusters[c], D);
+    EXPECT_LT((D - mass[c]).norm(), 1e-12 * D.norm());
+  }
+}
+
+void expect_same(const Scene& scene) {
+  System system = make_system(scene);
+  const VecX start = pack_state(system, Eigen::Vector2d::Zero());
+  for (const VecX& y : {start, disturbed(system, start)}) {
+    VecX dy(y.size());
+    state_rate(system, 0.1, y.data(), dy.data());
+    if (!system.plane) {
+      expect_same_by_composites(system, system.work);
+      continue;
+    }
+    PlaneWork work(system.work, *system.plane);
+    expect_same_by_composites(system, work);
+  }
+}
+
+class FewRates : public testing::TestWithParam<const char*> {};
+
+TEST_P(FewRates, AccelerateAsCompositesDo) {
+  expect_same(read_scene(std::string(FLEXFRAME_SOURCE_DIR) + "/examples/" + GetParam() + ".toml"));
+}
+
+INSTANTIATE_TEST_SUITE_P(Examples, FewRates,
+                         testing::Values("engine", "dlr_slider_crank", "mechanisms/conical_pendulum", "mechanisms/top",
+                                         "mechanisms/tapered_cantilever"));
+
+// What hangs on a driven rotor: its base accelerates.
+TEST(FewRatesOnARotor, AreCarried) {
+  expect_same(parse_scene(R"toml(
+[simulation]
+duration = 1
+gravity = [0, 0, -9.81]
+[[body]]
+name = "rotor"
+kind = "rigid"
+mass = 2
+inertia = [0.01, 0.01, 0.02]
+frames = { pin = [0.2, 0, 0] }
+[[body]]
+name = "bob"
+kind = "rigid"
+mass = 0.5
+inertia = [0.002, 0.003, 0.001]
+frames = { hook = [0, 0.02, 0.3] }
+[[joint]]
+name = "spin"
+kind = "revolute"
+parent = "ground"
+child = "rotor"
+axis = [0, 0, 1]
+motion = "3*t + sin(2*t)"
+[[joint]]
+name = "ball"
+kind = "spherical"
+parent = "rotor.pin"
+child = "bob.hook"
+)toml",
+                          "carried.toml"));
+}
+
+}  // namespace
+}  // namespace flexframe::sim
