@@ -74,10 +74,33 @@ void wide_add_rows(const MatX3& F, const Mat3& A, MatX3& out) {
   }
 }
 
+// y = A x of nine to twelve rows: three sums side by side, the last with some of the rows before once more.
+FLEXFRAME_INLINE void multiply_twelve(const double* a, int m, int n, const double* x, double* y) {
+  const std::ptrdiff_t column = m, last = m - 4;
+  Four s{}, t{}, u{};
+  int k = 0;
+  for (; k + 4 <= n; k += 4, a += 4 * column) {
+    const double *const a1 = a + column, *const a2 = a1 + column, *const a3 = a2 + column;
+    const double x0 = x[k], x1 = x[k + 1], x2 = x[k + 2], x3 = x[k + 3];
+    s += (four(a).v * x0 + four(a1).v * x1) + (four(a2).v * x2 + four(a3).v * x3);
+    t += (four(a + 4).v * x0 + four(a1 + 4).v * x1) + (four(a2 + 4).v * x2 + four(a3 + 4).v * x3);
+    u += (four(a + last).v * x0 + four(a1 + last).v * x1) + (four(a2 + last).v * x2 + four(a3 + last).v * x3);
+  }
+  for (; k < n; ++k, a += column) {
+    s += four(a).v * x[k];
+    t += four(a + 4).v * x[k];
+    u += four(a + last).v * x[k];
+  }
+  four(y).v = s;
+  four(y + 4).v = t;
+  four(y + last).v = u;
+}
+
 FLEXFRAME_WIDE
 void wide_multiply(const MatX& A, const double* x, double* y) {
   const int m = static_cast<int>(A.rows()), n = static_cast<int>(A.cols());
   const std::ptrdiff_t column = m;
+  if (m > 8 && m <= 12) return multiply_twelve(A.data(), m, n, x, y);
   int i = 0;
   // Sums of eight rows, then of four, stay in registers.
   for (; i + 8 <= m; i += 8) {
