@@ -74,9 +74,8 @@ void wide_add_rows(const MatX3& F, const Mat3& A, MatX3& out) {
   }
 }
 
-// y = A x of nine to twelve rows: three sums side by side, the last with some of the rows before once more.
-FLEXFRAME_INLINE void multiply_twelve(const double* a, int m, int n, const double* x, double* y) {
-  const std::ptrdiff_t column = m, last = m - 4;
+// Rows 0 to 7 and `last` to last + 3 of y = A x, last <= 8: three sums side by side.
+FLEXFRAME_INLINE void multiply_twelve(const double* a, std::ptrdiff_t column, std::ptrdiff_t last, int n, const double* x, double* y) {
   Four s{}, t{}, u{};
   int k = 0;
   for (; k + 4 <= n; k += 4, a += 4 * column) {
@@ -95,30 +94,40 @@ FLEXFRAME_INLINE void multiply_twelve(const double* a, int m, int n, const doubl
   four(y + 4).v = t;
   four(y + last).v = u;
 }
+// Rows 0 to 7.
+FLEXFRAME_INLINE void multiply_eight(const double* a, std::ptrdiff_t column, int n, const double* x, double* y) {
+  Four s{}, t{};
+  int k = 0;
+  for (; k + 4 <= n; k += 4, a += 4 * column) {
+    const double *const a1 = a + column, *const a2 = a1 + column, *const a3 = a2 + column;
+    const double x0 = x[k], x1 = x[k + 1], x2 = x[k + 2], x3 = x[k + 3];
+    s += (four(a).v * x0 + four(a1).v * x1) + (four(a2).v * x2 + four(a3).v * x3);
+    t += (four(a + 4).v * x0 + four(a1 + 4).v * x1) + (four(a2 + 4).v * x2 + four(a3 + 4).v * x3);
+  }
+  for (; k < n; ++k, a += column) {
+    s += four(a).v * x[k];
+    t += four(a + 4).v * x[k];
+  }
+  four(y).v = s;
+  four(y + 4).v = t;
+}
 
 FLEXFRAME_WIDE
 void wide_multiply(const MatX& A, const double* x, double* y) {
   const int m = static_cast<int>(A.rows()), n = static_cast<int>(A.cols());
   const std::ptrdiff_t column = m;
-  if (m > 8 && m <= 12) return multiply_twelve(A.data(), m, n, x, y);
+  if (m > 8 && m <= 12) return multiply_twelve(A.data(), column, m - 4, n, x, y);
   int i = 0;
-  // Sums of eight rows, then of four, stay in registers.
-  for (; i + 8 <= m; i += 8) {
-    Four s{}, t{};
-    const double* a = A.data() + i;
-    int k = 0;
-    for (; k + 4 <= n; k += 4, a += 4 * column) {
-      const double *const a1 = a + column, *const a2 = a1 + column, *const a3 = a2 + column;
-      const double x0 = x[k], x1 = x[k + 1], x2 = x[k + 2], x3 = x[k + 3];
-      s += (four(a).v * x0 + four(a1).v * x1) + (four(a2).v * x2 + four(a3).v * x3);
-      t += (four(a + 4).v * x0 + four(a1 + 4).v * x1) + (four(a2 + 4).v * x2 + four(a3 + 4).v * x3);
+  // Sums of twelve rows (nine at least, some of them twice) or eight stay in registers.
+  while (m - i >= 8) {
+    const int left = m - i, last = std::min(left - 4, 8);
+    if (left >= 20 || (left > 8 && left <= 12)) {
+      multiply_twelve(A.data() + i, column, last, n, x, y + i);
+      i += last + 4;
+    } else {
+      multiply_eight(A.data() + i, column, n, x, y + i);
+      i += 8;
     }
-    for (; k < n; ++k, a += column) {
-      s += four(a).v * x[k];
-      t += four(a + 4).v * x[k];
-    }
-    four(y + i).v = s;
-    four(y + i + 4).v = t;
   }
   // Rows that are left over, with some of those before once more.
   for (; i < m && m >= 4; i += 4) {
