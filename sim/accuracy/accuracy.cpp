@@ -118,16 +118,18 @@ Finished take_cheapest(const std::vector<Way>& ways, Task& taken) {
   return std::move(*found);
 }
 
-// CPU time that a search may take beside a run of so many seconds, and where no run tells. Runs of seconds get less than fifteen times
-// theirs: nobody waits minutes to learn that an accuracy cannot be had.
-double search_allowance(double run) { return std::max(10.0, std::min(15.0 * run, 30.0 + 3.0 * run)); }
+// CPU time that a search may take where no run tells.
 constexpr double unknown_allowance = 30.0;
-// A run as the scene stands is not waited for longer.
-constexpr double longest_as_given = 120.0;
+// A run as the scene stands is not waited for longer: one of few modes that follows vibrations takes a hundredth of it (arm with a payload:
+// 15 and 6 CPU s for two runs as written of dirk, 3 for the 40 runs of the search).
+constexpr double longest_as_given = 4.0;
 // How much finer than a beam's the runs are that judge models: a beam that bends too far for a third of the asked error is made of volumes.
 constexpr double bending_share = 1.0 / 3.0;
 // CPU s for that at least: a model that does not fit costs a whole search, which ends with a warning.
 constexpr double least_model_budget = 4.0;
+
+// CPU s of a search that nobody asks about, however short the run is.
+constexpr double dear_search = 0.5;
 
 // The scene as it stands, at the default tolerance: what the search is measured against, and what is taken where it finds nothing better.
 struct AsGiven {
@@ -241,7 +243,8 @@ std::optional<Finished> found_by_search(Task& t) {
   return *t.nearest;
 }
 
-void check_result(const Task& t, const Finished& found, double accuracy, Results& results) {
+// What bending in one frame is worth.
+double check_result(const Task& t, const Finished& found, double accuracy, Results& results) {
   SolverStatistics& s = results.statistics;
   NeglectOptions check;
   check.tolerance = found.loose_tolerance;
@@ -259,7 +262,8 @@ void check_result(const Task& t, const Finished& found, double accuracy, Results
   ModelCheckOptions models{accuracy, check_budget(s.cpu_seconds), check, {}};
   for (size_t b = 0; b < found.scene.bodies.size(); ++b)
     if (std::holds_alternative<BeamDef>(found.scene.bodies[b].kind) && !t.search.chooses(b)) models.unjudged.push_back(b);
-  check_models(found.scene, t.search.states, limits, found.looser, models, s);
+  const BendingWorth worth = check_models(found.scene, t.search.states, limits, found.looser, models, s);
+  return std::any_of(limits.begin(), limits.end(), [](const LinearLimit& l) { return l.pieces > 1; }) ? 0.0 : worth.share;
 }
 
 }  // namespace
@@ -326,14 +330,27 @@ Results stated(const Task& t, const Finished& found, const Searched& searched, c
                                  spent ? fmt::format("; the search ended after {:.0f} CPU s, {:.0f} times the CPU time of the scene as "
                                                      "written: request less accuracy, or remove this output",
                                                      out.search_cpu, searched.run > 0.0 ? searched.allowed / searched.run : 0.0)
-                                 : found.judged ? "; its vibrations converge so slowly with more modes that a search would not "
-                                                  "bring it there: request less accuracy, or remove this output"
-                                                : ""));
+                                 : !found.unreached.empty() ? found.unreached
+                                 : found.judged             ? "; its vibrations converge so slowly with more modes that a search would not "
+                                                              "bring it there: request less accuracy, or remove this output"
+                                                            : ""));
+  if (out.search_cpu > dear_search && out.search_cpu > 10.0 * found.cpu())
+    s.notes.tell("",
+                 fmt::format("the search took {:.0f} times the CPU time of the run that it ended with{}",
+                             out.search_cpu / std::max(found.cpu(), 1e-9), memory ? ", whose settings are kept for the next time" : ""));
   if (!found.scene.simulation.static_start && nothing_counts(to_histories(found.results), found.looser))
     s.notes.warn("",
                  "no output moves by more than what rounding could make of the mechanism's size: the accuracy is not judged; take outputs "
                  "that move, or a tighter tolerance");
-  if (t.options->check_effects && !searched.checked) check_result(t, found, accuracy, results);
+  if (t.options->check_effects && !searched.checked) {
+    const double bending = check_result(t, found, accuracy, results), before = s.error_estimate;
+    s.error_estimate = std::hypot(before, bending), out.space = std::hypot(out.space, bending);
+    if (before <= accuracy && s.error_estimate > accuracy)
+      s.notes.warn("",
+                   fmt::format("the requested accuracy of {:g} was not reached: the estimated error is {:.1e} of the range of {}, of which "
+                               "{:.1e} that beams bend too far for one frame: give volumes",
+                               accuracy, s.error_estimate, found.column, bending));
+  }
   s.accuracy = out;
   if (memory) remember_settings(*memory, {found.scene, found.method, s, outputs_fingerprint(results)});
   return results;
@@ -359,11 +376,11 @@ Results simulate_to_accuracy(const Scene& as_given, double accuracy, const Simul
   SimulateOptions first = options;
   first.progress = {};
   first.tolerance = std::clamp(0.1 * accuracy, 1e-6, 1e-4);
-  const bool called = left && left->tolerance <= *first.tolerance;
+  const bool kept = left && left->kept && left->tolerance <= *first.tolerance, called = kept || (left && !left->kept);
   const Scene scene = called ? left->run.scene : with_called_effects(as_given, first, accuracy);
   Task t = task_for(scene);
   const double search_start = cpu_seconds();
-  AsGiven given = called ? given_by(*left, options) : run_as_given(t);
+  AsGiven given = kept ? given_by(*left, options) : run_as_given(t);
   const double allowed = given.run ? search_allowance(given.run->cpu()) : unknown_allowance;
   std::vector<std::string> changed;
   if (const std::optional<Scene> richer = with_fit_models(t, given)) {

@@ -68,6 +68,7 @@ struct Followed {
   void call_effects();
   void find_what_lacks();
   bool hopeless();
+  bool bends_too_far() const;
   bool settle_time(double timely);
   void judge_space();
   double total(const MatX& in_time);
@@ -269,6 +270,12 @@ bool Followed::hopeless() {
   return cpu_seconds() + price > search.until;
 }
 
+// Whether more modes in one frame would not do.
+bool Followed::bends_too_far() const {
+  return out.judged && std::any_of(out.judged->limits.begin(), out.judged->limits.end(),
+                                   [&](const LinearLimit& l) { return l.error() > 2.0 * t.accuracy; });
+}
+
 void Followed::judge_space() {
   MatX squares = MatX::Zero(time.rows(), time.cols());  // bodies vibrate at frequencies of their own
   worst = 0.0;
@@ -394,7 +401,7 @@ std::optional<Finished> finish_followed(Task& t, double limit) {
       if (!f.settle_time(std::max(0.35 * t.accuracy, 0.1 * lacking))) return std::nullopt;
       if (!t.straight) f.judge_space();
       else if (!f.only_time && !f.judge_all_at_once() && f.total(0.3 * f.time) > t.accuracy) {
-        if (f.hopeless()) {
+        if (f.hopeless() || f.bends_too_far()) {
           f.total(f.time);
           break;
         }

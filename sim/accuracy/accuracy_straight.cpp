@@ -26,11 +26,18 @@ constexpr double elastic_margin = 5.0;
 constexpr double may_shift_events = 5e-4;
 // Vibrations that lost so much, of the range of an output, come back only at tolerances that cost more than following them does.
 constexpr double mostly_lost = 0.2;
+// How far the nearest run of those that follow vibrations may be off, in what is asked, at the end of their time: a round brings a third of
+// that for twice the price.
+constexpr double surely_far = 5.0;
 // A run as it is written is not waited for longer, CPU s; one that follows vibrations is never given up before (a search takes longer).
 constexpr double longest = 120.0, shortest = 3.0;
+// CPU s of a run as written whose effects are not called for by another one.
+constexpr double dear_run = 1.0;
+// A looser run that takes longer than so many times the run itself has lost its way (arm with a payload: 16 CPU s, five times the run).
+constexpr double dearer_if_looser = 1.5;
 // CPU s for all of its runs, by what the first one takes: a decade of tolerance costs two to three times as much, and each run is judged by
 // others. Beyond that the search begins, which does as much with fewer modes.
-double straight_allowance(double first) { return std::max(5.0, std::min(20.0 * first, 15.0 + 3.0 * first)); }
+double straight_allowance(double first) { return std::max(5.0, std::min(20.0 * first, 5.0 + 2.0 * first)); }
 
 class Straight {
  public:
@@ -50,7 +57,8 @@ class Straight {
   std::optional<Finished> finish_as_written();
   std::optional<Finished> follow_vibrations(double within);
   std::optional<Finished> followed(double within) const;
-  bool check(Finished& f) const;
+  bool check(Finished& f);
+  double price_of_volumes(const Finished& f) const;
   double energy_share() const;
   VecX sizes_of(const Histories& h) const;
   std::optional<Histories> loose_run(const Scene& scene, double tolerance);
@@ -67,6 +75,7 @@ class Straight {
   double until_ = 1e300;      // cpu_seconds() at which this ends
   double step_ = 0.1;         // by which the tolerance has to fall
   double effects_ = 0.0;      // what is left out is worth
+  BendingWorth bending_;      // in beams' own frames
 };
 
 // The run at the tolerance, with the effects that its motion needs; false where it fails or takes too long. Without `again` the scene has
@@ -98,7 +107,7 @@ bool Straight::run_pilot(const Scene& scene, bool again) {
 std::optional<Histories> Straight::loose_run(const Scene& scene, double tolerance) {
   Scene loose = scene;
   loose.simulation.tolerance = tolerance;
-  return t_.search.run_within(loose, std::max(0.5, 5.0 * run_.results.statistics.cpu_seconds));
+  return t_.search.run_within(loose, std::max(0.5, dearer_if_looser * run_.results.statistics.cpu_seconds));
 }
 
 // What vibrations that the method damped instead of following them would move the outputs by, relative to their ranges. Two runs that step
@@ -136,6 +145,8 @@ Straight::Verdict Straight::judge_time(const Scene& scene) {
   if (!has_looser_) {
     std::optional<Histories> loose = loose_run(scene, 10.0 * tolerance_);
     step_ = 0.1;
+    // Few modes do in the time of one such run what it takes several of them to find.
+    if (!loose && run_.results.statistics.cpu_seconds > dear_run && t_.search.has_levels()) return Verdict::lost;
     if (!loose || loose->columns != fine_.columns) return Verdict::tighter;
     looser_ = std::move(*loose);
     has_looser_ = true;
@@ -253,7 +264,7 @@ bool Straight::judge_effects() {
 MatX Straight::constant_effects(const Histories& like) const { return MatX::Constant(like.values.rows(), like.values.cols(), effects_); }
 
 // What nothing above has judged: kept modes that the scene gives, elements on places that it names, bodies bent far, forms of other ends.
-bool Straight::check(Finished& f) const {
+bool Straight::check(Finished& f) {
   SolverStatistics& s = f.results.statistics;
   const Histories whole = to_histories(f.results);
   s.error_estimate = f.error;
@@ -272,7 +283,13 @@ bool Straight::check(Finished& f) const {
     if (std::holds_alternative<BeamDef>(f.scene.bodies[b].kind) && !t_.search.chooses(b)) models.unjudged.push_back(b);
   std::vector<LinearLimit> limits = f.limits;
   std::erase_if(limits, [&](const LinearLimit& l) { return l.pieces > 1 && t_.search.chooses(static_cast<size_t>(l.body)); });
-  check_models(f.scene, run_.effects, limits, f.looser, models, s);
+  models.surely_small = 0.25;
+  // Where modes lack far more, the estimate of it is enough.
+  const double before = f.error;
+  if (before > 2.0 * t_.accuracy &&
+      std::all_of(limits.begin(), limits.end(), [&](const LinearLimit& l) { return l.error() < 0.5 * before; }))
+    models.budget = 0.0;
+  bending_ = check_models(f.scene, run_.effects, limits, f.looser, models, s);
   // Modes that the search chose are judged.
   bool given_modes = false;
   for (size_t b = 0; b < f.scene.bodies.size(); ++b) {
@@ -285,6 +302,8 @@ bool Straight::check(Finished& f) const {
   for (const ResultBody& body : f.results.bodies)
     if (body.displacement.size() > 0) deflection = std::max(deflection, body.displacement.cwiseAbs().maxCoeff());
   if (given_modes) warn_of_few_modes(f.scene, o, whole, deflection, 0.5 * t_.accuracy, s);
+  f.space = std::hypot(f.space, bending_.share);
+  f.error = s.error_estimate = std::hypot(f.error, bending_.share);
   return !s.notes.has(Severity::warning);
 }
 
@@ -314,6 +333,7 @@ std::optional<Finished> Straight::finish_as_written() {
   report_left_out(f.scene, run_.left_out, t_.accuracy, f.results.statistics);
   report_left_out(f.scene, run_.second_order, t_.accuracy, f.results.statistics);
   if (!check(f) && !only_misfits(f.results.statistics.notes)) return std::nullopt;
+  if (f.error > t_.accuracy) return std::nullopt;
   return f;
 }
 
@@ -340,10 +360,25 @@ std::optional<Finished> Straight::followed(double within) const {
   try {
     f = finish_followed(task, std::max(shortest, 30.0 * run_.results.statistics.cpu_seconds));
   } catch (const SearchSpent&) {
+    // So far off that a search, which takes the same way again, would not bring it there either.
+    const std::optional<Finished>& nearest = *task.nearest;
+    if (within >= unlimited && nearest && nearest->judged && nearest->error > surely_far * t_.accuracy) f = nearest;
   } catch (const SimulationError&) {
   } catch (const InputError&) {  // a scene that this method is not for
   }
   return f;
+}
+
+// CPU s of a search with volumes that would do as well as this run: volumes keep all of their elements' coordinates, of which six stand for
+// a mode here (pendulum: 8 modes of 96 elements lack as much as 48 elements), evaluations cost their cube. The run itself, a finer and a
+// looser one beside it, and coarser ones before. 0: not known.
+double Straight::price_of_volumes(const Finished& f) const {
+  constexpr double elements_a_mode = 6.0, of_tolerance = 2.0, runs = 6.0;
+  if (bending_.elements == 0) return 0.0;
+  double elements = 0.0;
+  for (const BodyDef& b : f.scene.bodies)
+    if (const auto* beam = std::get_if<BeamDef>(&b.kind)) elements = std::max(elements, elements_a_mode * beam->keep_modes.value_or(0));
+  return runs * of_tolerance * bending_.cpu * std::pow(std::max(1.0, elements / bending_.elements), 3);
 }
 
 std::optional<Finished> Straight::follow_vibrations(double within) {
@@ -355,7 +390,15 @@ std::optional<Finished> Straight::follow_vibrations(double within) {
   run_ = *f->judged;
   if (!judge_deformations()) return std::nullopt;
   const bool checked = check(*f);
-  // More modes would not do in the time of a search, which would go the same way again.
+  // More modes would not do in the time of a search, which would go the same way again; volumes are another way, where they can.
+  if (f->error > t_.accuracy && bending_.share > 0.5 * f->error) {
+    const double price = price_of_volumes(*f);
+    if (price <= search_allowance(run_.results.statistics.cpu_seconds)) return std::nullopt;
+    f->unreached = fmt::format(
+        "; beams bend too far for one frame, and a search with volumes would take some {:.0f} CPU s: request less "
+        "accuracy, or give volumes",
+        price);
+  }
   if (f->error > t_.accuracy) return f;
   if (!checked || std::hypot(f->error, effects_) > t_.accuracy) return std::nullopt;
   return f;
@@ -400,10 +443,11 @@ std::optional<Finished> Straight::go(const Scene& as_given) {
     t_.search = Search(run_.scene, *t_.options);
     t_.search.until = until_;
     scene = run_.scene;
+    if (run_.results.statistics.cpu_seconds > dear_run) left = StraightRun{run_, {}, tolerance_, 0.0, false};
     const Verdict verdict = judge_time(scene);
     allowed_ = 0.5 + 20.0 * run_.results.statistics.cpu_seconds;
     if (verdict == Verdict::kept) {
-      left = StraightRun{run_, looser_, tolerance_, largest(time_)};
+      left = StraightRun{run_, looser_, tolerance_, largest(time_), true};
       return judge_effects() && judge_space() ? finish_as_written() : std::nullopt;
     }
     if (verdict == Verdict::follow) {

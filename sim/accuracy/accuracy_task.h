@@ -100,6 +100,7 @@ struct Finished {
   std::string column;
   double time = 0.0, space = 0.0, effects = 0.0;  // its parts
   double loose_tolerance = 0.0;                   // of `looser`
+  std::string unreached;                          // why no search is made where the error is larger than what is asked; empty: the modes
   double cpu() const { return results.statistics.cpu_seconds; }
   // Errors of one output at about the same time add up; those of space and of what is left out have nothing to do with each other, and add
   // as squares. Columns x samples of `fine`.
@@ -110,6 +111,9 @@ struct Finished {
 std::optional<Finished> finish(Task& t, double limit);
 // The same where vibrations are followed: each body's modes are judged by themselves.
 std::optional<Finished> finish_followed(Task& t, double limit);
+// CPU s that a search may take beside a run of so many. Runs of seconds get less than fifteen times theirs: nobody waits minutes to learn
+// that an accuracy cannot be had.
+inline double search_allowance(double run) { return std::max(10.0, std::min(15.0 * run, 30.0 + 3.0 * run)); }
 
 // Without a search: the scene as it is written at a few tolerances, judged by a looser run, by one of half the elements, by the energy that
 // it loses and by what its motion says of the effects that are off (judged_run.h); or, where undamped vibrations have to be followed, with
@@ -120,6 +124,7 @@ struct StraightRun {
   JudgedRun run;
   Histories looser;  // at ten times its tolerance
   double tolerance = 0.0, time = 0.0;
+  bool kept = true;  // false: one that took so long that the effects it called for are not asked for again
 };
 std::optional<Finished> go_straight(Task& t, const Scene& as_given, std::optional<StraightRun>& left);
 

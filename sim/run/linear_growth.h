@@ -10,6 +10,7 @@ namespace flexframe::sim {
 // Coefficients of the squares of the turn: of the deflection at rest, of the frequency (linear_limit.h).
 struct LinearGrowth {
   double at_rest = 0.42, frequency = 0.22;
+  bool second_order = false;  // of a beam whose displacement field is
 };
 
 LinearGrowth error_growth(const Scene& scene, const Model& model, int body);

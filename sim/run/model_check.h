@@ -33,6 +33,7 @@ struct ModelCheckOptions {
   NeglectOptions run;                        // the run, its tolerances and errors; budget and confirm_above unused
   std::vector<size_t> unjudged = {};         // beams whose number of elements or modes nothing else has judged
   std::vector<size_t> between_samples = {};  // beams of few elements perhaps, by how they vibrate there (coarse_beams.h)
+  double surely_small = 0.5;                 // nothing is measured below this share of what is asked: estimates err by so much
   std::vector<size_t> may_tip = {};          // beams of few elements perhaps (coarse_beams.h: beams_that_may_tip)
 };
 
@@ -40,12 +41,19 @@ struct ModelCheckOptions {
 // is likely.
 inline double model_check_budget(double run) { return std::max(1.0, 20.0 * run); }
 
+// What bending in its own frame is worth of an output's range: the estimate, or what volumes beside it have told, in a run of so many CPU
+// s with so many elements in each beam (0: not measured).
+struct BendingWorth {
+  double share = 0.0, cpu = 0.0;
+  int elements = 0;
+};
+
 // Checks beams of certain forms, those that are unjudged, or fast between samples, by twice their elements, those that may tip by half of
 // them, and the beams of `limits` whose error may be above what is asked, and says what was found: warnings for what is worth more, with
 // what keeps it, notes for the rest. What cannot be measured is warned of by its estimate. base: histories of the scene itself at
 // options.run.tolerance.
-void check_models(const Scene& scene, const std::vector<EffectState>& states, const std::vector<LinearLimit>& limits, const Histories& base,
-                  const ModelCheckOptions& options, SolverStatistics& out);
+BendingWorth check_models(const Scene& scene, const std::vector<EffectState>& states, const std::vector<LinearLimit>& limits,
+                          const Histories& base, const ModelCheckOptions& options, SolverStatistics& out);
 
 // The scene with richer models of those beams for which they change more than is asked; none where there is no such beam, or an output
 // would be lost.
