@@ -101,7 +101,7 @@ def followed_vibrations(folder):
     # volumes of twelve, 24 and 48 elements in all). That was not seen, and 1e-3 seemed kept; it is told now, without a search for what
     # volumes would do in a minute.
     questions = (
-        ("pendulum", 3e-3, 12.0, True),
+        ("pendulum", 3e-3, 9.0, True),
         ("pendulum", 1e-3, 11.0, False),
         ("pendulum", 1e-4, 20.0, False),
         ("slider_crank", 1e-3, 12.0, False),
