@@ -284,16 +284,15 @@ class Comparison {
   const NeglectOptions& run_;
 };
 
-// Changes the scene's beams by `enrich`; both scenes get plain damping where the models could not have the same otherwise. run_again: the
-// scene is none of which there is a run.
+// Changes the scene's beams by `enrich`; both scenes get plain damping where the models could not have the same otherwise.
 template <class Enrich>
 Comparison compared(const Scene& scene, const std::vector<EffectState>& states, const std::vector<size_t>& bodies,
-                    std::vector<size_t>& changed, const Enrich& enrich, const ModelCheckOptions& options, bool run_again = false) {
+                    std::vector<size_t>& changed, const Enrich& enrich, const ModelCheckOptions& options) {
   Scene rich = scene;
   for (const size_t body : bodies)
     if (std::optional<Scene> next = enrich(rich, body)) rich = std::move(*next), changed.push_back(body);
   std::optional<Scene> plain;
-  if (run_again) plain = scene;
+  if (options.no_run_of_it) plain = scene;
   if (damped_by_modes(scene, changed)) {
     plain = with_plain_damping(scene, changed, states);
     for (const size_t body : changed)
@@ -348,13 +347,20 @@ bool tells_by_fewer(const Scene& scene, const LinearLimit& limit) {
   return limit.pieces == 1 && beam.model == BeamModel::finite_element && beam.elements > telling_elements;
 }
 
-// What bending in its own frame changes for the beams of `doubtful`, beside more volumes; `changed` are those that have more.
-std::optional<Found> bending_beside_volumes(const Scene& scene, const std::vector<EffectState>& states, const Histories& base,
-                                            const std::vector<LinearLimit>& doubtful, const ModelCheckOptions& options,
-                                            std::vector<size_t>& changed, BendingWorth& worth) {
+// What bending in its own frame changes, beside more volumes of the beams `changed`.
+struct BesideVolumes {
+  std::optional<Found> found;
+  std::vector<size_t> changed;
+  double cpu = 0.0;  // of the run with them, s
+  int elements = 0;  // of each beam there
+};
+
+BesideVolumes bending_beside_volumes(const Scene& scene, const std::vector<EffectState>& states, const Histories& base,
+                                     const std::vector<LinearLimit>& doubtful, const ModelCheckOptions& options) {
   const auto limit_of = [&](size_t body) -> const LinearLimit& {
     return *std::find_if(doubtful.begin(), doubtful.end(), [&](const LinearLimit& l) { return l.body == static_cast<int>(body); });
   };
+  BesideVolumes out;
   std::vector<size_t> bodies;
   for (const LinearLimit& l : doubtful)
     if (std::holds_alternative<BeamDef>(scene.bodies[static_cast<size_t>(l.body)].kind)) bodies.push_back(static_cast<size_t>(l.body));
@@ -364,22 +370,24 @@ std::optional<Found> bending_beside_volumes(const Scene& scene, const std::vecto
   if (fewer)
     for (const size_t b : bodies) {
       std::optional<Scene> next = with_elements(coarse, states, b);
-      if (!next) return std::nullopt;
+      if (!next) return out;
       std::get<BeamDef>(next->bodies[b].kind).elements = telling_elements;
       coarse = std::move(*next);
     }
+  ModelCheckOptions of_pair = options;
+  of_pair.no_run_of_it = fewer;
   Comparison comparison = compared(
-      coarse, states, bodies, changed,
+      coarse, states, bodies, out.changed,
       [&](const Scene& s, size_t b) {
         return with_volumes(s, states, b, fewer ? telling_volumes : richer(limit_of(b).pieces) * limit_of(b).pieces);
       },
-      options, fewer);
-  if (changed.empty()) return std::nullopt;
-  std::optional<Found> found = comparison.measure(base);
-  worth.cpu = comparison.rich_cpu();
-  for (const size_t b : changed)
-    worth.elements = std::max(worth.elements, fewer ? telling_elements : elements_of(std::get<BeamDef>(scene.bodies[b].kind)));
-  return found;
+      of_pair);
+  if (out.changed.empty()) return out;
+  out.found = comparison.measure(base);
+  out.cpu = comparison.rich_cpu();
+  for (const size_t b : out.changed)
+    out.elements = std::max(out.elements, fewer ? telling_elements : elements_of(std::get<BeamDef>(scene.bodies[b].kind)));
+  return out;
 }
 
 BendingWorth check_bending(const Scene& scene, const std::vector<EffectState>& states, const std::vector<LinearLimit>& limits,
@@ -390,11 +398,12 @@ BendingWorth check_bending(const Scene& scene, const std::vector<EffectState>& s
   for (const LinearLimit& l : limits)
     if (l.error() > options.surely_small * options.asked) doubtful.push_back(l);
   if (doubtful.empty()) return worth;
-  std::vector<size_t> changed;
-  const std::optional<Found> found = bending_beside_volumes(scene, states, base, doubtful, options, changed, worth);
+  const BesideVolumes beside = bending_beside_volumes(scene, states, base, doubtful, options);
+  const std::optional<Found>& found = beside.found;
+  worth.cpu = beside.cpu, worth.elements = beside.elements;
   double largest_share = 0.0;
   for (const LinearLimit& l : doubtful) {
-    if (!found || std::find(changed.begin(), changed.end(), static_cast<size_t>(l.body)) == changed.end()) {
+    if (!found || std::find(beside.changed.begin(), beside.changed.end(), static_cast<size_t>(l.body)) == beside.changed.end()) {
       warn_of_linear_limits(scene, {l}, options.asked, out.notes);
       continue;
     }

@@ -34,6 +34,7 @@ struct ModelCheckOptions {
   std::vector<size_t> unjudged = {};         // beams whose number of elements or modes nothing else has judged
   std::vector<size_t> between_samples = {};  // beams of few elements perhaps, by how they vibrate there (coarse_beams.h)
   double surely_small = 0.5;                 // nothing is measured below this share of what is asked: estimates err by so much
+  bool no_run_of_it = false;                 // the scene is another one than the run's: it is run too
   std::vector<size_t> may_tip = {};          // beams of few elements perhaps (coarse_beams.h: beams_that_may_tip)
 };
 
