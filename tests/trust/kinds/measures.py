@@ -82,7 +82,7 @@ def swinging_spring(r):
 
 
 def shown_from(r):
-    """A beam at rest under a load, clamped, on a clamp that turns or on two bearings: displacements from joints, chord, frames, mean axes"""
+    """A beam at rest under a load, clamped or on two bearings: displacements from joints, chord, frames or mean axes"""
     L = 10 ** r.uniform(-1, 1)
     s, m = section_of(r, "rectangle", L / r.uniform(40, 80)), pick(r, *MATERIALS)
     EI, h = m["E"] * s["iz"], 60
