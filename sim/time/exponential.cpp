@@ -18,9 +18,10 @@ constexpr int most_terms = 64;
 constexpr double negligible = 1e-4, negligible_ahead = 1e-1;
 // Radians within a step from which on a vibration is taken out of the remainder, gradually.
 constexpr double turned = 4.0, least_turned = 0.1;
-// Tolerances below the default one: what oscillates is sampled. What a parabola does not follow is taken out then; of a place in that many
-// radians of the fastest vibration more places tell no more. What less of the tolerance does than `unseen` is not looked at.
-constexpr double sampled_below = 0.99e-6, turned_sampled = 1.0, radians_of_place = 0.4, unseen = 0.1;
+// Tolerances below which what oscillates is sampled: looser ones are asked of outputs whose vibrations are off by more than that. What a
+// parabola does not follow is taken out then; of a place in that many radians of the fastest vibration more places tell no more. What less
+// of the tolerance does than `unseen` is not looked at.
+constexpr double sampled_below = 2e-7, turned_sampled = 1.0, radians_of_place = 0.4, unseen = 0.1;
 constexpr Eigen::Index least_places = 8, most_places = 2048;
 constexpr double sampled_well = 1.0, sampled_too_well = 0.05;  // of the tolerance: what half the places leave out
 // Of what the vibrations are shaken by beside the parabola, by the modes of the middle, so much is an error.

@@ -15,7 +15,7 @@
 // What turns by several radians within the step is taken out of the states at which the remainders are evaluated (brought to where it
 // would rest), since parabolas through its oscillation would be slow loads that are not there.
 // What the oscillation itself makes of the remainder (second order; a hundred tolerances a step where they are tight) is asked for where
-// the tolerance is tighter than the default one: the remainder is evaluated along the solution found, as often as it takes until half as
+// the tolerance is below 2e-7: the remainder is evaluated along the solution found, as often as it takes until half as
 // many places tell the same to a tolerance, and the parabola closest to it acts instead; what is left of it shakes the vibrations, each
 // by itself (sampled_remainder.h).
 // Exponential integrators: Hochbruck, Ostermann, Acta Numerica 19 (2010) 209; linearisation about the middle: Magnus' expansion (Iserles,
