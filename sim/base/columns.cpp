@@ -42,10 +42,10 @@ namespace {
 // Lower half of M += A^T B + B^T A with A, B of six rows, n columns.
 FLEXFRAME_WIDE
 void wide_add_symmetric(const double* A, const double* B, int n, double* M, std::ptrdiff_t stride) {
-  for (int k = 0; k < n; ++k) {
+  for (std::ptrdiff_t k = 0; k < n; ++k) {
     const double *const a = A + 6 * k, *const b = B + 6 * k;
     double* const m = M + k * stride;
-    for (int i = k; i < n; ++i) {
+    for (std::ptrdiff_t i = k; i < n; ++i) {
       const double *const x = A + 6 * i, *const y = B + 6 * i;
       const Four s = four(x).v * four(b).v + four(y).v * four(a).v;
       m[i] += ((s[0] + s[2]) + (s[1] + s[3])) + ((x[4] * b[4] + x[5] * b[5]) + (y[4] * a[4] + y[5] * a[5]));
@@ -79,19 +79,19 @@ FLEXFRAME_INLINE void halve(const double* L, int n, double* Y, double* product) 
   constexpr int height = 4 * Fours;
   const std::ptrdiff_t stride = n;
   Four sum[Rows][Fours] = {};
-  for (int j = 0; j < n; ++j) {
+  for (std::ptrdiff_t j = 0; j < n; ++j) {
     Four y[Fours];
-    for (int b = 0; b < Fours; ++b) y[b] = four(Y + height * j + 4 * b).v;
+    for (std::ptrdiff_t b = 0; b < Fours; ++b) y[b] = four(Y + height * j + 4 * b).v;
     const double* l = L + j;
-    for (int k = 0; k < j; ++k, l += stride)
-      for (int b = 0; b < Fours; ++b) y[b] -= *l * four(Y + height * k + 4 * b).v;
+    for (std::ptrdiff_t k = 0; k < j; ++k, l += stride)
+      for (std::ptrdiff_t b = 0; b < Fours; ++b) y[b] -= *l * four(Y + height * k + 4 * b).v;
     const double inverse = 1.0 / *l;
-    for (int b = 0; b < Fours; ++b) four(Y + height * j + 4 * b).v = y[b] *= inverse;
+    for (std::ptrdiff_t b = 0; b < Fours; ++b) four(Y + height * j + 4 * b).v = y[b] *= inverse;
     for (int r = 0; r < Rows; ++r)
-      for (int b = 0; b < Fours; ++b) sum[r][b] += Y[height * j + r] * y[b];
+      for (std::ptrdiff_t b = 0; b < Fours; ++b) sum[r][b] += Y[height * j + r] * y[b];
   }
-  for (int r = 0; r < Rows; ++r)
-    for (int b = 0; b < Fours; ++b) four(product + height * r + 4 * b).v = sum[r][b];
+  for (std::ptrdiff_t r = 0; r < Rows; ++r)
+    for (std::ptrdiff_t b = 0; b < Fours; ++b) four(product + height * r + 4 * b).v = sum[r][b];
 }
 FLEXFRAME_WIDE void halve_six(const double* L, int n, double* Y, double* product) { halve<6, 2>(L, n, Y, product); }
 FLEXFRAME_WIDE void halve_three(const double* L, int n, double* Y, double* product) { halve<3, 1>(L, n, Y, product); }
@@ -134,7 +134,7 @@ namespace {
 // R M R^T of the block of a 6 x 6 matrix that begins at m; p x M, column by column. Three by three, as rows of columns.
 FLEXFRAME_INLINE void turn_block(const double* R, const double* m, double* out) {
   double left[9];
-  for (int c = 0; c < 3; ++c)
+  for (std::ptrdiff_t c = 0; c < 3; ++c)
     for (int r = 0; r < 3; ++r) left[3 * c + r] = R[r] * m[6 * c] + R[3 + r] * m[6 * c + 1] + R[6 + r] * m[6 * c + 2];
   for (int c = 0; c < 3; ++c)
     for (int r = 0; r < 3; ++r) out[3 * c + r] = left[r] * R[c] + left[3 + r] * R[3 + c] + left[6 + r] * R[6 + c];

@@ -74,58 +74,37 @@ void wide_add_rows(const MatX3& F, const Mat3& A, MatX3& out) {
   }
 }
 
-// Rows 0 to 7 and `last` to last + 3 of y = A x, last <= 8: three sums side by side.
-FLEXFRAME_INLINE void multiply_twelve(const double* a, std::ptrdiff_t column, std::ptrdiff_t last, int n, const double* x, double* y) {
-  Four s{}, t{}, u{};
+// Rows 0 to 7 of y = A x, and with three sums `last` to last + 3 too, last <= 8: sums of four rows side by side, in registers.
+template <int Sums>
+FLEXFRAME_INLINE void multiply_rows(const double* a, std::ptrdiff_t column, std::ptrdiff_t last, int n, const double* x, double* y) {
+  const std::ptrdiff_t at[3] = {0, 4, last};
+  Four sum[Sums]{};
   int k = 0;
   for (; k + 4 <= n; k += 4, a += 4 * column) {
     const double *const a1 = a + column, *const a2 = a1 + column, *const a3 = a2 + column;
     const double x0 = x[k], x1 = x[k + 1], x2 = x[k + 2], x3 = x[k + 3];
-    s += (four(a).v * x0 + four(a1).v * x1) + (four(a2).v * x2 + four(a3).v * x3);
-    t += (four(a + 4).v * x0 + four(a1 + 4).v * x1) + (four(a2 + 4).v * x2 + four(a3 + 4).v * x3);
-    u += (four(a + last).v * x0 + four(a1 + last).v * x1) + (four(a2 + last).v * x2 + four(a3 + last).v * x3);
+    for (int r = 0; r < Sums; ++r)
+      sum[r] += (four(a + at[r]).v * x0 + four(a1 + at[r]).v * x1) + (four(a2 + at[r]).v * x2 + four(a3 + at[r]).v * x3);
   }
-  for (; k < n; ++k, a += column) {
-    s += four(a).v * x[k];
-    t += four(a + 4).v * x[k];
-    u += four(a + last).v * x[k];
-  }
-  four(y).v = s;
-  four(y + 4).v = t;
-  four(y + last).v = u;
-}
-// Rows 0 to 7.
-FLEXFRAME_INLINE void multiply_eight(const double* a, std::ptrdiff_t column, int n, const double* x, double* y) {
-  Four s{}, t{};
-  int k = 0;
-  for (; k + 4 <= n; k += 4, a += 4 * column) {
-    const double *const a1 = a + column, *const a2 = a1 + column, *const a3 = a2 + column;
-    const double x0 = x[k], x1 = x[k + 1], x2 = x[k + 2], x3 = x[k + 3];
-    s += (four(a).v * x0 + four(a1).v * x1) + (four(a2).v * x2 + four(a3).v * x3);
-    t += (four(a + 4).v * x0 + four(a1 + 4).v * x1) + (four(a2 + 4).v * x2 + four(a3 + 4).v * x3);
-  }
-  for (; k < n; ++k, a += column) {
-    s += four(a).v * x[k];
-    t += four(a + 4).v * x[k];
-  }
-  four(y).v = s;
-  four(y + 4).v = t;
+  for (; k < n; ++k, a += column)
+    for (int r = 0; r < Sums; ++r) sum[r] += four(a + at[r]).v * x[k];
+  for (int r = 0; r < Sums; ++r) four(y + at[r]).v = sum[r];
 }
 
 FLEXFRAME_WIDE
 void wide_multiply(const MatX& A, const double* x, double* y) {
   const int m = static_cast<int>(A.rows()), n = static_cast<int>(A.cols());
   const std::ptrdiff_t column = m;
-  if (m > 8 && m <= 12) return multiply_twelve(A.data(), column, m - 4, n, x, y);
+  if (m > 8 && m <= 12) return multiply_rows<3>(A.data(), column, m - 4, n, x, y);  // most bodies: no loop
   int i = 0;
   // Sums of twelve rows (nine at least, some of them twice) or eight stay in registers.
   while (m - i >= 8) {
     const int left = m - i, last = std::min(left - 4, 8);
     if (left >= 20 || (left > 8 && left <= 12)) {
-      multiply_twelve(A.data() + i, column, last, n, x, y + i);
+      multiply_rows<3>(A.data() + i, column, last, n, x, y + i);
       i += last + 4;
     } else {
-      multiply_eight(A.data() + i, column, n, x, y + i);
+      multiply_rows<2>(A.data() + i, column, 0, n, x, y + i);
       i += 8;
     }
   }

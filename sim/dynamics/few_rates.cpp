@@ -168,8 +168,8 @@ struct FewRates {
     const int n = part.body.n, first = place[part.ev0 - c.v0];
     for (int k = 0; k < n; ++k) {
       const auto m = column(p.Mre, k);
-      double* const d = D + (first + k) * padded;
-      for (int f = (first + k) / 4; f < Fours; ++f) {
+      double* const d = D + std::ptrdiff_t{padded} * (first + k);
+      for (std::ptrdiff_t f = (first + k) / 4; f < Fours; ++f) {
         Four sum = four(d + 4 * f).v;
         for (int r = 0; r < components; ++r) sum += at.twists.of[r][f] * m[r];
         four(d + 4 * f).v = sum;

@@ -328,9 +328,10 @@ def micro_resonator(r):
     F = k * h * 10 ** r.uniform(-2.5, -0.2)
     T = 2 * math.pi / w
     d = Machine(4 * T, samples=160)
-    d.beam("left", L, s, m, (-L, 0, 0), damping=0.04 / w)
+    # With 8 elements the stress beside the clamp, where the pull bends the curve most, is 2.4e-3 of its range off.
+    d.beam("left", L, s, m, (-L, 0, 0), damping=0.04 / w, elements=24)
     d.rigid("shuttle", shuttle, shuttle * (0.1 * L) ** 2, (0, 0, 0))
-    d.beam("right", L, s, m, (0, 0, 0), damping=0.04 / w)
+    d.beam("right", L, s, m, (0, 0, 0), damping=0.04 / w, elements=24)
     d.weld("anchor", (-L, 0.0), "left.root")
     d.weld("a", "left.tip", "shuttle")
     d.weld("b", "shuttle", "right.root")
@@ -339,7 +340,7 @@ def micro_resonator(r):
     d.force("shuttle", (0, 1), swing(F, w * r.uniform(0.5, 1.2)))
     d.position("y", "shuttle")
     d.reaction("R", "anchor")
-    d.section("stress", "left", 0, stress=True)
+    d.section("stress", "left", 1, stress=True)
     return told(r, d, f"beams {L * 1e6:.3g} um, force {F / k / h:.2g} of the thickness")
 
 
