@@ -572,7 +572,7 @@ bool ExponentialSolver::attempt(double h) {
 // less. How far the rates at the present state change with its last digits.
 void ExponentialSolver::look_at_rounding() {
   VecX y = state_, rates(problem_.size);
-  for (Eigen::Index i = 0; i < y.size(); ++i) y[i] *= 1.0 + (i % 3 - 1) * 2.0 * std::numeric_limits<double>::epsilon();
+  for (Eigen::Index i = 0; i < y.size(); ++i) y[i] *= 1.0 + static_cast<double>(i % 3 - 1) * 2.0 * std::numeric_limits<double>::epsilon();
   rounding_ = VecX::Zero(nw_);
   VecX here(problem_.size);
   if (!rates_of_(time_, y.data(), rates.data()) || !rates_of_(time_, state_.data(), here.data())) return;
