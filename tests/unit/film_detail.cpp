@@ -57,8 +57,12 @@ TEST(Detail, StandsForTheBentTube) {
     const std::vector<glm::vec3> positions = bent(shape.positions, radius);
     for (const double length : {3e-3, 1e-3, 1e-4}) {
       const DetailLevel* level = fitting_level(levels, positions, true, length, {}, 0.0);
-      if (length > 1e-4) ASSERT_NE(level, nullptr) << radius << " " << length;
-      if (level) EXPECT_LE(off_the_wall(*level, positions, shape.positions, radius), 1.5 * length) << radius << " " << length;
+      if (length > 1e-4) {
+        ASSERT_NE(level, nullptr) << radius << " " << length;
+      }
+      if (level) {
+        EXPECT_LE(off_the_wall(*level, positions, shape.positions, radius), 1.5 * length) << radius << " " << length;
+      }
     }
   }
   // Finer than the mesh itself is: all of it.
@@ -116,11 +120,12 @@ TEST(Detail, HalfAPixelOfTheNearestPoint) {
   pose[3] = {0, 0, 1, 1};
   const double pixel = 2.0 * std::tan(M_PI / 6.0) * 7.0 / 720.0;  // 7 m from the viewer's plane
   EXPECT_NEAR(unseen_length(picture, pose, points), 0.5 * pixel, 1e-6 * pixel);
-  picture.insets.push_back({.zoom = 4.0});
+  picture.insets.push_back({.zoom = 4.0, .label = {}});
   EXPECT_LE(unseen_length(picture, pose, points), 0.5 * pixel / 4.0);
   picture.insets.clear();
   picture.views.push_back(
-      {.camera = {.position = {0, 0, 10}, .target = {0, 0, 0}, .height = 3.6, .projection = render::Projection::orthographic}});
+      {.camera = {.position = {0, 0, 10}, .target = {0, 0, 0}, .height = 3.6, .projection = render::Projection::orthographic},
+       .label = {}});
   EXPECT_NEAR(unseen_length(picture, pose, points), 0.0025, 1e-9);
   picture.views.clear();
   pose[3].z = 9.0;

@@ -154,10 +154,14 @@ TEST(InterpThin, CurvedWalls) {
     const Points flat = body.v;
     body.v = arc.place(flat);
     Scheme scheme = Scheme::kernel;
-    if (turn < 3.0) EXPECT_LE(arc.error(flat, body, 8, 15, 3.0, scheme), 0.01);
+    if (turn < 3.0) {
+      EXPECT_LE(arc.error(flat, body, 8, 15, 3.0, scheme), 0.01);
+    }
     scheme = Scheme::automatic;
     EXPECT_LE(arc.error(flat, body, 4, 6, 2.0, scheme), 0.05) << turn;
-    if (turn > 3.0) EXPECT_EQ(scheme, Scheme::elastic);
+    if (turn > 3.0) {
+      EXPECT_EQ(scheme, Scheme::elastic);
+    }
   }
 }
 

@@ -44,7 +44,7 @@ struct Zoo {
     picture.surfaces = {a, b, c, ghost, second};
     picture.scalar_map = {Colormap::viridis, -1.2, 1.2, 0};
     picture.lines.push_back(
-        {.points = {{-1, -1, 0}, {1, 1, 0.5}, {1, -1, 0}}, .colors = {}, .color = {0.8f, 0.2f, 0.1f, 0.6f}, .width = 4.0f});
+        {.points = {{-1, -1, 0}, {1, 1, 0.5}, {1, -1, 0}}, .colors = {}, .faces = {}, .color = {0.8f, 0.2f, 0.1f, 0.6f}, .width = 4.0f});
     picture.markers.push_back({.points = {{0, 0, 1}, {0.5, 0.5, 1}}});
     picture.arrows.push_back({{0, 0.6, 0}, {0, 1.2, 0}});
     std::vector<glm::dvec3> corners;
@@ -182,6 +182,7 @@ TEST(Draw, SymbolsShowThroughAndGhostsKeepOff) {
   p.surfaces = {body};
   p.lines = {{.points = {{-1, 0, 0}, {0, 0, 0}, {1, 0, 0}},
               .colors = {},
+              .faces = {},
               .color = {0.1f, 0.1f, 0.9f, 1.0f},
               .width = 12.0f,
               .seen_through = 0.4f}};
@@ -554,7 +555,7 @@ TEST(Draw, LayersKeepSurfacesInOnePlaneFromFlickering) {
 
 TEST(Draw, LinesOfFacesThatLookAwayAreLeftOut) {
   Picture p = front_view();
-  Lines line{.points = {{-1, 0.5, 0}, {1, 0.5, 0}, {-1, -0.5, 0}, {1, -0.5, 0}}, .colors = {}};
+  Lines line{.points = {{-1, 0.5, 0}, {1, 0.5, 0}, {-1, -0.5, 0}, {1, -0.5, 0}}, .colors = {}, .faces = {}};
   line.strip = false;
   line.color = {0, 0, 0, 1};
   line.width = 6.0f;

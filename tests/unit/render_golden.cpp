@@ -176,7 +176,7 @@ TEST(Golden, Materials) {
 
 TEST(Golden, SymbolsArrowsTriads) {
   Still s;
-  s.picture.lines.push_back({.points = {{-1.2, 0.5, 0.7}, {0, 0.7, 0.7}, {1.2, 0.3, 0.7}}, .colors = {}, .width = 4.0f});
+  s.picture.lines.push_back({.points = {{-1.2, 0.5, 0.7}, {0, 0.7, 0.7}, {1.2, 0.3, 0.7}}, .colors = {}, .faces = {}, .width = 4.0f});
   int at = 0;
   for (const MarkerShape shape : {MarkerShape::sphere, MarkerShape::disc, MarkerShape::ring, MarkerShape::square, MarkerShape::cross})
     s.picture.markers.push_back({.points = {{-1.0f + 0.5f * static_cast<float>(at++), -0.3f, 0.8f}}, .shape = shape, .diameter = 60.0f});

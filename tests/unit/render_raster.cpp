@@ -2,6 +2,7 @@
 #include "render/draw/raster.h"
 
 #include "render/draw/renderer.h"
+#include "render/frame/camera.h"
 #include "render/image/image_compare.h"
 #include "tests/unit/render_front.h"
 #include "tests/unit/render_solids.h"
@@ -83,7 +84,9 @@ TEST(Raster, NearestTriangleAtEverySample) {
       ++looked_at;
       const std::size_t k = std::size_t(y) * width + x;
       EXPECT_EQ(raster.triangles()[k], id) << x << " " << y;
-      if (id != 0) EXPECT_NEAR(samples.depth[k], nearest, 5e-3);
+      if (id != 0) {
+        EXPECT_NEAR(samples.depth[k], nearest, 5e-3);
+      }
     }
   EXPECT_GT(looked_at, 1500);
 }
@@ -180,7 +183,7 @@ struct Scene {
     put(box, {-0.6, -0.6, 0.5}, {{0.7f, 0.7f, 0.2f}, 0.5f, 0.0f}).edges = true;
     put(ball, {0.4, 0.2, 0.8}, {{0.2f, 0.4f, 0.9f}, 0.5f, 0.0f}).opacity = 0.4f;
     picture.scalar_map = {Colormap::viridis, -0.4, 0.5, 0};
-    picture.lines.push_back({.points = {{-1.5, -1, 0.2}, {1.5, 1, 0.2}}, .colors = {}, .width = 3.0f, .seen_through = 0.3f});
+    picture.lines.push_back({.points = {{-1.5, -1, 0.2}, {1.5, 1, 0.2}}, .colors = {}, .faces = {}, .width = 3.0f, .seen_through = 0.3f});
     picture.markers.push_back({.points = {{0, 0, 0.6}, {0.5, 0.5, 1}}});
     std::vector<glm::dvec3> corners;
     picture.bounds.add(glm::dvec3(-1.9, -1.2, -1.1));

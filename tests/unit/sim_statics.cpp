@@ -431,8 +431,9 @@ TEST(Statics, WhatTurnsFreelyIsNoBuckling) {
                   "crossed.toml"));
   int steps = 1000;
   for (const std::string& note : s.notes.texts(Severity::note))
-    if (std::sscanf(note.c_str(), "static equilibrium: %d Newton steps", &steps) == 1)
+    if (std::sscanf(note.c_str(), "static equilibrium: %d Newton steps", &steps) == 1) {
       EXPECT_EQ(note.find("load steps"), std::string::npos);
+    }
   EXPECT_LE(steps, 20);
 }
 }  // namespace flexframe::sim
