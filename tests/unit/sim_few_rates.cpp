@@ -7,6 +7,7 @@
 #include "sim/scene/scene_reader.h"
 #include "sim/start/make_system.h"
 #include "sim/time/system.h"
+#include "tests/unit/mechanism_text.h"
 
 #include <gtest/gtest.h>
 
@@ -73,35 +74,9 @@ INSTANTIATE_TEST_SUITE_P(Examples, FewRates,
 
 // What hangs on a driven rotor: its base accelerates.
 TEST(FewRatesOnARotor, AreCarried) {
-  expect_same(parse_scene(R"toml(
-[simulation]
-duration = 1
-gravity = [0, 0, -9.81]
-[[body]]
-name = "rotor"
-kind = "rigid"
-mass = 2
-inertia = [0.01, 0.01, 0.02]
-frames = { pin = [0.2, 0, 0] }
-[[body]]
-name = "bob"
-kind = "rigid"
-mass = 0.5
-inertia = [0.002, 0.003, 0.001]
-frames = { hook = [0, 0.02, 0.3] }
-[[joint]]
-name = "spin"
-kind = "revolute"
-parent = "ground"
-child = "rotor"
-axis = [0, 0, 1]
-motion = "3*t + sin(2*t)"
-[[joint]]
-name = "ball"
-kind = "spherical"
-parent = "rotor.pin"
-child = "bob.hook"
-)toml",
+  expect_same(parse_scene(head(1.0, Vec3(0, 0, -9.81)) + rod("rotor") + rod("bob") +
+                              joint("spin", "revolute", "ground", "rotor", "axis = [0, 0, 1]\nmotion = \"3*t + sin(2*t)\"") +
+                              joint("ball", "spherical", "rotor.tip", "bob.tip", ""),
                           "carried.toml"));
 }
 
