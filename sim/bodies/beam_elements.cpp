@@ -98,9 +98,38 @@ Deflection deflection_shapes(double xi, double h, double flexibility) {
   return d;
 }
 
-double shear_flexibility(const Properties& p, const BeamEffects& e, double h, bool along_y) {
-  if (!e.shear) return 0.0;
-  return along_y ? 12.0 * p.ei_z / (p.shear_y * h * h) : 12.0 * p.ei_y / (p.shear_z * h * h);
+namespace {
+
+Deflection combined(const Deflection& a, double fa, const Deflection& b, double fb) {
+  return {fa * a.value + fb * b.value, fa * a.derivative + fb * b.derivative, fa * a.slope + fb * b.slope,
+          fa * a.curvature + fb * b.curvature};
+}
+
+}  // namespace
+
+Deflections deflections(const Properties& p, const BeamEffects& e, double xi, double h) {
+  Deflections out;
+  out.coupled = e.shear && e.bending_xy && e.bending_xz && p.ei_yz != 0.0;
+  if (!out.coupled) {
+    const double factor = e.shear ? 12.0 / (h * h) : 0.0;
+    if (e.bending_xy) out.of[0][0] = deflection_shapes(xi, h, e.shear ? factor * p.ei_z / p.shear_y : 0.0);
+    if (e.bending_xz) out.of[1][1] = deflection_shapes(xi, h, e.shear ? factor * p.ei_y / p.shear_z : 0.0);
+    return out;
+  }
+  // S^-1 EI is similar to the symmetric S^-1/2 EI S^-1/2.
+  const Eigen::Vector2d root(std::sqrt(p.shear_y), std::sqrt(p.shear_z));
+  Eigen::Matrix2d similar;
+  similar << p.ei_z, p.ei_yz, p.ei_yz, p.ei_y;
+  similar.array() /= (root * root.transpose()).array();
+  const SymmetricEigen own(MatX(12.0 / (h * h) * similar));
+  const Eigen::Matrix2d U = own.eigenvectors(), T = root.cwiseInverse().asDiagonal() * U, inverse = U.transpose() * root.asDiagonal();
+  const Deflection one = deflection_shapes(xi, h, own.eigenvalues()[0]), two = deflection_shapes(xi, h, own.eigenvalues()[1]);
+  for (size_t a = 0; a < 2; ++a)
+    for (size_t b = 0; b < 2; ++b) {
+      const auto i = static_cast<Eigen::Index>(a), j = static_cast<Eigen::Index>(b);
+      out.of[a][b] = combined(one, T(i, 0) * inverse(0, j), two, T(i, 1) * inverse(1, j));
+    }
+  return out;
 }
 
 FieldRows element_rows(const Layout& layout, const Properties& p, const BeamEffects& e, int element, double xi) {
@@ -111,16 +140,20 @@ FieldRows element_rows(const Layout& layout, const Properties& p, const BeamEffe
     value[a] = 1.0 - xi, value[b] = xi;
     derivative[a] = -1.0 / h, derivative[b] = 1.0 / h;
   };
-  const auto cubic = [&](int kind, double flexibility, VecX& value, VecX& derivative, VecX& slope, VecX& curvature) {
-    const Deflection d = deflection_shapes(xi, h, flexibility);
-    for (int i = 0; i < 4; ++i) {
-      const int at = layout.offset[kind] + i % 2 + (i / 2) * layout.per_node;
-      value[at] = d.value[i], derivative[at] = d.derivative[i], slope[at] = d.slope[i], curvature[at] = d.curvature[i];
+  const Deflections both = deflections(p, e, xi, h);
+  const auto cubic = [&](size_t along, VecX& value, VecX& derivative, VecX& slope, VecX& curvature) {
+    for (size_t by = 0; by < 2; ++by) {
+      if (by != along && !both.coupled) continue;
+      const Deflection& d = both.of[along][by];
+      for (int i = 0; i < 4; ++i) {
+        const int at = layout.offset[by == 0 ? kV : kW] + i % 2 + (i / 2) * layout.per_node;
+        value[at] = d.value[i], derivative[at] = d.derivative[i], slope[at] = d.slope[i], curvature[at] = d.curvature[i];
+      }
     }
   };
   if (e.axial) linear(kU, r.u, r.du);
-  if (e.bending_xy) cubic(kV, shear_flexibility(p, e, h, true), r.v, r.dv, r.phi_z, r.dphi_z);
-  if (e.bending_xz) cubic(kW, shear_flexibility(p, e, h, false), r.w, r.dw, r.s, r.ds);
+  if (e.bending_xy) cubic(0, r.v, r.dv, r.phi_z, r.dphi_z);
+  if (e.bending_xz) cubic(1, r.w, r.dw, r.s, r.ds);
   if (e.torsion) linear(kTheta, r.theta, r.dtheta);
   return r;
 }

@@ -38,8 +38,15 @@ struct Deflection {
 };
 // flexibility = 12 EI / (k G A h^2), 0 without shear.
 Deflection deflection_shapes(double xi, double h, double flexibility);
-// Of an element of length h that bends along y, else along z.
-double shear_flexibility(const Properties& p, const BeamEffects& effects, double h, bool along_y);
+// Both directions of bending, 0 along y and 1 along z: `of[a][b]` is what coordinates of the direction b move the direction a by. Zero for
+// a != b unless `coupled`: with shear and a section whose principal axes are turned (EIyz) the static shapes of an element with the matrix
+// Phi = 12/h^2 (kGA)^-1 EI are T N(phi_m) T^-1, phi_m and T its eigenvalues and eigenvectors. Only directions of `effects` are there.
+struct Deflections {
+  std::array<std::array<Deflection, 2>, 2> of;
+  bool coupled = false;
+};
+// At xi of an element of length h, m.
+Deflections deflections(const Properties& p, const BeamEffects& effects, double xi, double h);
 
 // Rows at xi of an element, in the element's 2 per_node coordinates.
 FieldRows element_rows(const Layout& layout, const Properties& p, const BeamEffects& effects, int element, double xi);

@@ -235,11 +235,14 @@ Holds holds_of(const Beam& beam, const Group& g, const LongBody& body, const std
         row[element * per + c] = 1.0 - xi, row[(element + 1) * per + c] = xi;
         if (rotation) row *= size;
       } else {
-        const bool along_y = g.fields(beam::kV, c) != 0.0;
-        const double h = layout.length(element);
-        const beam::Deflection d = beam::deflection_shapes(xi, h, beam::shear_flexibility(p, beam.effects, h, along_y));
-        const Eigen::Vector4d& f = rotation ? d.slope : d.value;
-        for (Eigen::Index i = 0; i < 4; ++i) row[(element + i / 2) * per + c + i % 2] = (rotation ? size : 1.0) * f[i];
+        const auto along = [&](Eigen::Index column) { return g.fields(beam::kV, column) != 0.0 ? size_t{0} : size_t{1}; };
+        const beam::Deflections both = beam::deflections(p, beam.effects, xi, layout.length(element));
+        for (Eigen::Index by = 0; by < per; ++by) {
+          if (is_slope(g, by) || (by != c && !both.coupled)) continue;
+          const beam::Deflection& d = both.of[along(c)][along(by)];
+          const Eigen::Vector4d& f = rotation ? d.slope : d.value;
+          for (Eigen::Index i = 0; i < 4; ++i) row[(element + i / 2) * per + by + i % 2] = (rotation ? size : 1.0) * f[i];
+        }
       }
       to.push_back(row);
     }
@@ -355,29 +358,31 @@ class KeptFields {
         derivative.rows.col(i) = (nodal.rows.col(e + 1) - nodal.rows.col(e)) / layout_.length(e);
       }
     };
-    const auto cubic = [&](int kind, FieldBlock& value, FieldBlock& derivative, FieldBlock& slope, FieldBlock& curvature) {
-      const FieldBlock &v = nodal_[static_cast<size_t>(kind)], &s = nodal_[static_cast<size_t>(slope_kind(kind))];
-      for (FieldBlock* b : {&value, &derivative, &slope, &curvature}) b->first = v.first, b->rows.resize(v.rows.rows(), count);
-      for (Eigen::Index i = 0; i < count && v.rows.rows() > 0; ++i) {
+    const auto cubic = [&](size_t along, FieldBlock& value, FieldBlock& derivative, FieldBlock& slope, FieldBlock& curvature) {
+      const int kind = along == 0 ? beam::kV : beam::kW;
+      const FieldBlock& own = nodal_[static_cast<size_t>(kind)];
+      for (FieldBlock* b : {&value, &derivative, &slope, &curvature}) b->first = own.first, b->rows.setZero(own.rows.rows(), count);
+      for (Eigen::Index i = 0; i < count && own.rows.rows() > 0; ++i) {
         const int e = places[static_cast<size_t>(i)].first;
-        const double h = layout_.length(e), xi = places[static_cast<size_t>(i)].second;
-        const beam::Deflection d = beam::deflection_shapes(xi, h, beam::shear_flexibility(p_, effects_, h, kind == beam::kV));
-        // Values cancel in derivatives: their difference counts.
-        const auto combine = [&](const Eigen::Vector4d& f) {
-          return f[0] * v.rows.col(e) + f[1] * s.rows.col(e) + f[2] * v.rows.col(e + 1) + f[3] * s.rows.col(e + 1);
-        };
-        const auto combine_differences = [&](const Eigen::Vector4d& f) {
-          return f[2] * (v.rows.col(e + 1) - v.rows.col(e)) + f[1] * s.rows.col(e) + f[3] * s.rows.col(e + 1);
-        };
-        value.rows.col(i) = combine(d.value);
-        derivative.rows.col(i) = combine_differences(d.derivative);
-        slope.rows.col(i) = combine_differences(d.slope);
-        curvature.rows.col(i) = combine_differences(d.curvature);
+        const beam::Deflections both = beam::deflections(p_, effects_, places[static_cast<size_t>(i)].second, layout_.length(e));
+        for (size_t by = 0; by < 2; ++by) {
+          if (by != along && !both.coupled) continue;
+          // Where they are coupled both directions are of one group, with the same rows.
+          const int by_kind = by == 0 ? beam::kV : beam::kW;
+          const MatX &v = nodal_[static_cast<size_t>(by_kind)].rows, &s = nodal_[static_cast<size_t>(slope_kind(by_kind))].rows;
+          const beam::Deflection& d = both.of[along][by];
+          value.rows.col(i) += d.value[0] * v.col(e) + d.value[1] * s.col(e) + d.value[2] * v.col(e + 1) + d.value[3] * s.col(e + 1);
+          // Values cancel in derivatives: their difference counts.
+          const auto add_differences = [&](const Eigen::Vector4d& f, FieldBlock& to) {
+            to.rows.col(i) += f[2] * (v.col(e + 1) - v.col(e)) + f[1] * s.col(e) + f[3] * s.col(e + 1);
+          };
+          add_differences(d.derivative, derivative), add_differences(d.slope, slope), add_differences(d.curvature, curvature);
+        }
       }
     };
     linear(beam::kU, out.u, out.du);
-    cubic(beam::kV, out.v, out.dv, out.phi_z, out.dphi_z);
-    cubic(beam::kW, out.w, out.dw, out.s, out.ds);
+    cubic(0, out.v, out.dv, out.phi_z, out.dphi_z);
+    cubic(1, out.w, out.dw, out.s, out.ds);
     linear(beam::kTheta, out.theta, out.dtheta);
     return out;
   }

@@ -2,6 +2,7 @@
 #include "sim/bodies/beam.h"
 #include "sim/bodies/beam_eigenforms.h"
 #include "sim/bodies/beam_terms.h"
+#include "sim/bodies/section_strain.h"
 
 #include <gtest/gtest.h>
 #include <Eigen/Eigenvalues>
@@ -251,6 +252,40 @@ TEST(BeamTheory, ShearElementsGiveTimoshenkosDeflectionAndFrequency) {
     }
     EXPECT_LT(errors[1], 1.1e-4 * k * k / 4.0) << k;
     EXPECT_NEAR(errors[0] / errors[1], 4.0, 0.1) << k;
+  }
+}
+
+// Principal axes beside y and z couple both directions: compliance of the tip L^3/3 EI^-1 + L (kGA)^-1, curvature EI^-1 F (L - x).
+TEST(BeamTheory, ShearElementsOfTurnedSectionsBendExactlyUnderForces) {
+  BeamDef def = schiavo_beam(1);
+  def.length = 0.05;
+  def.section.iz = 2e-8 / 12.0;
+  def.section.iyz = 0.7e-8 / 12.0;
+  def.section.shear_z = 0.4;
+  const double E = 7.2e10, ga = E / 2.6 * 1e-4, L = def.length;
+  Eigen::Matrix2d ei, kga;
+  ei << E * def.section.iz, E * def.section.iyz, E * def.section.iyz, E * def.section.iy;
+  kga << def.section.shear_y * ga, 0.0, 0.0, def.section.shear_z * ga;
+  const Eigen::Matrix2d compliance = L * L * L / 3.0 * ei.inverse() + L * kga.inverse();
+  const Eigen::Vector2d force(3.0, -2.0), curvature = L * (ei.inverse() * force);
+  const BeamEffects effects{.bending_xy = true, .bending_xz = true, .shear = true};
+  for (const int elements : {1, 3}) {
+    def.elements = elements;
+    const FlexibleBody body = make_fe_beam(def, effects);
+    const MatX phi = tip(body).phi.bottomRows(2), q = body.Ke.ldlt().solve(MatX(phi.transpose()));
+    EXPECT_LT((phi * q - compliance).norm(), 1e-12 * compliance.norm()) << elements;
+    const VecX bent = q * force;
+    const std::vector<ElementStrain> strains = fe_strains(def, effects);
+    const auto at = [&](const CoordinateRow& row) {
+      double sum = 0.0;
+      for (const auto& [k, value] : row) sum += value * bent[k];
+      return sum;
+    };
+    for (const ElementStrain& e : strains) {
+      const Eigen::Vector2d from(at(e.bend_y[0]), at(e.bend_z[0])), to(at(e.bend_y[1]), at(e.bend_z[1]));
+      EXPECT_LT((from - (1.0 - e.x0 / L) * curvature).norm(), 1e-10 * curvature.norm()) << elements;
+      EXPECT_LT((to - (1.0 - e.x1 / L) * curvature).norm(), 1e-10 * curvature.norm()) << elements;
+    }
   }
 }
 
