@@ -8,6 +8,7 @@
 #include "sim/run/across_plane.h"
 #include "sim/run/effect_report.h"
 #include "sim/run/expected_turn.h"
+#include "sim/run/frequency_check.h"
 #include "sim/run/run_scene.h"
 #include "sim/start/linearise.h"
 #include "sim/start/make_system.h"
@@ -225,6 +226,8 @@ Command add_check(Program& program) {
             system.notes.append(sim::expected_turns(system, sim::unasked_accuracy));
             sim::warn_of_leaving_plane(job.scene, sim::effect_states(job.scene, system.model), system.notes);
             const sim::Linearisation linear = sim::linearise(system);
+            sim::tell_of_frequencies(system, linear, sim::richer_beams(system), sim::unasked_accuracy, sim::sixth_frequency(linear),
+                                     system.notes);
             if (words->json) {
               print_json(system, linear);
               return 0;

@@ -10,8 +10,10 @@
 #include "sim/base/words.h"
 #include "sim/bodies/body_file.h"
 #include "sim/results/results_file.h"
+#include "sim/run/frequency_check.h"
 #include "sim/run/integrate_run.h"
 #include "sim/run/mode_swing.h"
+#include "sim/run/run_scene.h"
 #include "sim/start/linearise.h"
 #include "sim/start/make_system.h"
 #include "sim/time/sample_state.h"
@@ -211,7 +213,11 @@ std::vector<int> chosen_modes(const Words& w, size_t count) {
 void animate_mechanism(const Words& w) {
   const Job job = read_job(w.body, w.settings);
   const sim::System system = sim::make_system(job.scene);
-  const sim::Linearisation linear = sim::linearise(system);
+  sim::Linearisation linear = sim::linearise(system);
+  sim::Notes told;
+  sim::tell_of_frequencies(system, linear, sim::richer_beams(system), sim::unasked_accuracy, sim::sixth_frequency(linear), told);
+  for (std::string& warning : told.texts(sim::Severity::warning)) linear.warnings.push_back(std::move(warning));
+  for (std::string& note : told.texts(sim::Severity::note)) linear.notes.push_back(std::move(note));
   if (linear.modes.empty()) throw sim::InputError(fmt::format("{}: the mechanism has no degree of freedom", w.body));
   const std::vector<int> modes = chosen_modes(w, linear.modes.size());
   nlohmann::ordered_json json = {{"warnings", linear.warnings}, {"notes", linear.notes}, {"modes", nlohmann::ordered_json::array()}};

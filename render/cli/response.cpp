@@ -5,7 +5,9 @@
 
 #include "render/film/diagram.h"
 #include "sim/base/file_output.h"
+#include "sim/run/frequency_check.h"
 #include "sim/run/frequency_response.h"
+#include "sim/run/run_scene.h"
 #include "sim/start/make_system.h"
 
 #include <fmt/format.h>
@@ -71,7 +73,11 @@ film::Diagram response_diagram(const sim::FrequencyResponse& r, const sim::VecX&
 }
 
 // Where each output is largest: the whole report with --json.
-void report(const Words& w, const sim::FrequencyResponse& r, const sim::VecX& frequencies, const fs::path& csv, const fs::path& svg) {
+void report(const Words& w, const sim::FrequencyResponse& r, const sim::VecX& frequencies, const sim::Notes& told, const fs::path& csv,
+            const fs::path& svg) {
+  const std::vector<std::string> warnings = told.texts(sim::Severity::warning);
+  std::vector<std::string> notes = r.notes;
+  for (std::string& note : told.texts(sim::Severity::note)) notes.push_back(std::move(note));
   nlohmann::ordered_json json = {{"scene", w.scene}, {"force", w.force}, {"modes", r.modes}, {"outputs", nlohmann::ordered_json::array()}};
   for (Eigen::Index c = 0; c < r.values.rows(); ++c) {
     Eigen::Index peak = 0;
@@ -79,9 +85,10 @@ void report(const Words& w, const sim::FrequencyResponse& r, const sim::VecX& fr
     json["outputs"].push_back({{"column", r.columns[c]}, {"unit", r.units[c]}, {"largest", most}, {"frequency", frequencies[peak]}});
     if (!w.json) fmt::print("{:<20} largest {:.5g} {} per unit at {:.5g} Hz\n", r.columns[c], most, r.units[c], frequencies[peak]);
   }
-  json.update({{"notes", r.notes}, {"left_out", r.left_out}, {"csv", csv.string()}, {"svg", svg.string()}});
+  json.update({{"warnings", warnings}, {"notes", notes}, {"left_out", r.left_out}, {"csv", csv.string()}, {"svg", svg.string()}});
   if (w.json) return fmt::print("{}\n", json_text(json));
-  for (const std::string& note : r.notes) fmt::print("note         {}\n", note);
+  for (const std::string& warning : warnings) fmt::print("WARNING      {}\n", warning);
+  for (const std::string& note : notes) fmt::print("note         {}\n", note);
   if (!r.left_out.empty()) fmt::print("note         left out, no linear answer: {}\n", fmt::join(r.left_out, ", "));
   fmt::print("response     {}\ndiagram      {}\n", csv.string(), svg.string());
 }
@@ -97,7 +104,11 @@ int respond(const Words& w) {
   make_folder(fs::absolute(csv).parent_path());
   sim::write_whole_file(csv, response_csv(r, frequencies));
   sim::write_whole_file(svg, film::diagram_svg(response_diagram(r, frequencies, w.force)));
-  report(w, r, frequencies, csv, svg);
+  const std::vector<sim::RicherBeams> richer = sim::richer_beams(system);
+  sim::Notes told = system.notes;
+  sim::tell_of_frequencies(system, sim::linearise(system), richer, sim::unasked_accuracy, frequencies[frequencies.size() - 1], told);
+  sim::tell_of_response(system, w.force, r, richer, sim::unasked_accuracy, told);
+  report(w, r, frequencies, told, csv, svg);
   return 0;
 }
 

@@ -210,6 +210,7 @@ FrequencyResponse frequency_response(const System& given, const std::string& for
 
   out.columns = plans.columns;
   out.units = plans.units;
+  out.frequencies = frequencies;
   out.values.resize(columns, frequencies.size());
   const SecondOrder& s = linear.equations;
   for (Eigen::Index f = 0; f < frequencies.size(); ++f) {

@@ -14,6 +14,7 @@ namespace flexframe::sim {
 
 struct FrequencyResponse {
   std::vector<std::string> columns, units;  // of the outputs
+  VecX frequencies;                         // Hz, those that were asked for
   Eigen::MatrixXcd values;                  // columns x frequencies: unit of the output per N (N m, N/m)
   std::vector<std::string> left_out;        // outputs without a linear answer: energies, reactions, section forces
   std::vector<std::string> notes;           // on the state about which motions are small

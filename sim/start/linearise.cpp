@@ -76,6 +76,7 @@ class Point {
   void exact_matrices();
   void hold_elasticity();
   void accelerations();
+  bool beside_equilibrium();
   void stiffness();
   void damping();
   bool has_damping() const;
@@ -201,6 +202,31 @@ void Point::exact_matrices() {
   M = 0.5 * (M + M.transpose()).eval();
 }
 
+// Whether the start lies within a billionth of the mechanism's size of an equilibrium. Springs at their rest lengths without other loads have
+// forces that are nothing but rounding of places, and no load to compare them with.
+bool Point::beside_equilibrium() {
+  constexpr double near = 1e-9;
+  constexpr Eigen::Index most = 100;  // of directions; each takes an evaluation
+  const auto n = static_cast<Eigen::Index>(all_.size());
+  if (n == 0 || n > most || moves_ || std::any_of(joints_.begin(), joints_.end(), [](const SpaceJoint& j) { return j.flies; }))
+    return false;
+  State still = start_;
+  still.a.setZero();
+  const double largest = rest_scale_;
+  VecX row(n);
+  for (Eigen::Index k = 0; k < n; ++k) row[k] = 1.0 / metres(k);
+  const VecX f = row.cwiseProduct(force(still, -1, 0.0, -1, 0.0));
+  MatX slope(n, n);  // N by shares of the size
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const double size = model_.clusters[model_.parts[all_[k].part].cluster].size;
+    slope.col(k) = (row.cwiseProduct(force(still, k, near * size / metres(k), -1, 0.0)) - f) / near;
+  }
+  rest_scale_ = largest;
+  // Differences over so short a way have seven digits.
+  const VecX way = least_squares(slope, f, 1e-6);
+  return way.allFinite() && way.cwiseAbs().maxCoeff() <= near && (slope * way - f).norm() <= 1e-6 * f.norm();
+}
+
 // Accelerations of the start, and with them which bodies fly.
 void Point::accelerations() {
   const Eigen::Index n = static_cast<Eigen::Index>(all_.size());
@@ -227,7 +253,7 @@ void Point::accelerations() {
   }
   for (const Direction& d : all_) fastest = std::max(fastest, std::abs(start_.a[d.v]) * d.scale);
   // Flight at an even speed is rest.
-  equilibrium_ = !drives_accelerate_ && fastest <= 1e-9 * acceleration_scale();
+  equilibrium_ = !drives_accelerate_ && (fastest <= 1e-9 * acceleration_scale() || beside_equilibrium());
   // What is left of them at rest is rounding.
   if (equilibrium_ && !moves_) start_.a.setZero();
 }

@@ -52,6 +52,24 @@ TEST(Linearise, BallOnAFloor) {
   }
 }
 
+// Springs at their rest lengths along a line aslant: their forces are rounding of places, and no load says how small that is. A pull that
+// moves them by more than that is no equilibrium.
+TEST(Linearise, SpringsAtRestAreAnEquilibrium) {
+  const Vec3 along(std::cos(0.354), std::sin(0.354), 0.0);
+  for (const double rest : {1.0, 1.0 + 1e-6}) {
+    std::string scene = head(1, Vec3::Zero());
+    for (int i = 0; i < 3; ++i) {
+      scene += mass(fmt::format("b{}", i), 1.0 + i) + joint(fmt::format("j{}", i), "prismatic", "ground", fmt::format("b{}", i),
+                                                            fmt::format("axis = {}\nposition = {}{}", list(along), list(i * along),
+                                                                        i == 0 ? "\nspring = { stiffness = 1600, damping = 2 }" : ""));
+      if (i > 0)
+        scene += fmt::format("[[force]]\nkind = \"spring-damper\"\non = \"b{}\"\nfrom = \"b{}\"\nstiffness = 2000\nrest = {:.9f}\n", i,
+                             i - 1, rest);
+    }
+    EXPECT_EQ(modes_of(scene).equilibrium, rest == 1.0) << rest;
+  }
+}
+
 // Three equal masses between walls: 2 sqrt(k/m) sin(n pi / 8), shapes sin(n pi i / 4); damping in proportion to the stiffness.
 TEST(Linearise, ChainOfMasses) {
   std::string scene = head(1, Vec3::Zero());

@@ -1,0 +1,46 @@
+// How right the frequencies of small motions are: the scene linearised again with richer models of its beams.
+//
+// A mode of a model with fewer shapes, or without shear and rotary inertia, is too fast; so what a richer model changes in the i-th
+// undamped frequency is its error (Courant, Fischer: frequencies of a richer space lie below, one by one). Richer are: twice the elements,
+// volumes or links, finite elements for eigenforms and kept modes; shear and rotary inertia where they are off; for responses lengthening
+// and twist where they are off. These bring vibrations of their own, which are not looked at.
+#pragma once
+
+#include "sim/base/notes.h"
+#include "sim/run/frequency_response.h"
+#include "sim/start/linearise.h"
+#include "sim/time/system.h"
+
+#include <string>
+#include <vector>
+
+namespace flexframe::sim {
+
+// The scene with a richer model of some of its beams.
+struct RicherBeams {
+  enum class By { shapes, shear, further };
+  By by = By::shapes;
+  std::vector<std::string> bodies;
+  System system;
+};
+
+// Those that apply; none where they have more than 200 directions, or the beams' coordinates are given one by one.
+std::vector<RicherBeams> richer_beams(const System& system);
+
+// Tells of the vibrations that a richer model moves by more than `asked`, relative: a warning for each kind of model that moves one up to
+// `highest` Hz, else a note. linear: of the system.
+void tell_of_frequencies(const System& system, const Linearisation& linear, const std::vector<RicherBeams>& richer, double asked,
+                         double highest, Notes& notes);
+
+// Warns of richer models that move an output's response to the force at the lowest of its frequencies by more than `asked` of it: statics,
+// which frequencies do not show. response: of the system to that force.
+void tell_of_response(const System& system, const std::string& force, const FrequencyResponse& response,
+                      const std::vector<RicherBeams>& richer, double asked, Notes& notes);
+
+// The sixth vibration's frequency, Hz, or the last one's where there are fewer: how far frequencies are looked at without being asked for.
+double sixth_frequency(const Linearisation& linear);
+
+// Undamped frequencies, Hz, ascending; 0 for what moves freely or is unstable.
+VecX undamped_frequencies(const Linearisation& linear);
+
+}  // namespace flexframe::sim
