@@ -120,10 +120,9 @@ int write_spectrum(const Words& w) {
   sim::write_whole_file(svg, film::diagram_svg(spectrum_diagram(w, spectra)));
   nlohmann::ordered_json json = {{"results", w.results}, {"outputs", nlohmann::ordered_json::array()}};
   for (const auto& [output, s] : spectra) {
-    Eigen::Index peak = 0;
-    const double most = s.amplitude.tail(s.amplitude.size() - 1).maxCoeff(&peak);
-    json["outputs"].push_back({{"column", output->column}, {"unit", output->unit}, {"largest", most}, {axis, s.at[peak + 1]}});
-    if (!w.json) fmt::print("{:<20} largest {:.5g} {} at {} {:.5g}\n", output->column, most, output->unit, axis, s.at[peak + 1]);
+    const sim::SpectralLine line = sim::largest_line(s);
+    json["outputs"].push_back({{"column", output->column}, {"unit", output->unit}, {"largest", line.amplitude}, {axis, line.at}});
+    if (!w.json) fmt::print("{:<20} largest {:.5g} {} at {} {:.5g}\n", output->column, line.amplitude, output->unit, axis, line.at);
   }
   json.update({{"csv", csv.string()}, {"svg", svg.string()}, {"warnings", nlohmann::ordered_json::array()}});
   if (const auto fast = sim::faster_than_samples(results, samples.first, samples.count)) {
@@ -150,6 +149,9 @@ Command add_spectrum(Program& program) {
   app.option("--highest", w->highest, "highest frequency or order that is written").positive();
   app.option("-o,--out", w->out, "CSV file, beside it the diagram as SVG; default: RESULTS-spectrum.csv").as("FILE");
   app.flag("--json", w->json, "report as JSON: where each spectrum is largest");
+  app.footer(
+      R"(A sine between two lines shows at least 85 % of its amplitude in them; "largest" is that of the sine itself, and its frequency,
+where a line and its neighbours are those of one sine.)");
   app.example("out/results.h5 --column tip.y --highest 50", "of the output tip.y, up to 50 Hz");
   app.example("out/results.h5 --order shaft.angle", "over periods a turn of the shaft");
   return {app, [w] { return write_spectrum(*w); }};

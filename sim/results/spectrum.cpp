@@ -57,4 +57,27 @@ Spectrum amplitude_spectrum(const VecX& x, const VecX& values) {
   return out;
 }
 
+SpectralLine largest_line(const Spectrum& s) {
+  Eigen::Index k = 0;
+  s.amplitude.tail(s.amplitude.size() - 1).maxCoeff(&k);
+  ++k;
+  SpectralLine out{s.at[k], s.amplitude[k]};
+  if (k < 2 || k + 1 >= s.at.size() || !(out.amplitude > 0.0)) return out;
+  // A sine d lines beside this one, |d| <= 1/2: its share of a line by Hann's window.
+  const auto share = [](double d) {
+    if (std::abs(d) < 1e-9) return 1.0;
+    if (std::abs(std::abs(d) - 1.0) < 1e-9) return 0.5;
+    const double turn = std::numbers::pi * d;
+    return std::abs(std::sin(turn) / (turn * (1.0 - d * d)));
+  };
+  const double before = s.amplitude[k - 1], after = s.amplitude[k + 1], nearer = std::max(before, after) / out.amplitude;
+  const double d = std::clamp((2.0 * nearer - 1.0) / (nearer + 1.0), 0.0, 0.5) * (after > before ? 1.0 : -1.0);
+  const double amplitude = out.amplitude / share(d);
+  // Other sines nearby, or a frequency that changes, make another lobe.
+  constexpr double fits = 0.02;
+  if (std::abs(before - amplitude * share(d + 1.0)) > fits * amplitude || std::abs(after - amplitude * share(d - 1.0)) > fits * amplitude)
+    return out;
+  return {s.at[k] + d * (s.at[1] - s.at[0]), amplitude};
+}
+
 }  // namespace flexframe::sim

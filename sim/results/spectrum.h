@@ -15,4 +15,12 @@ struct Spectrum {
 // x that does not ascend.
 Spectrum amplitude_spectrum(const VecX& x, const VecX& values);
 
+struct SpectralLine {
+  double at = 0.0, amplitude = 0.0;
+};
+
+// The largest line but the mean. Where it and its neighbours are those of one sine between two lines (main lobe of Hann's window), the
+// sine's frequency and amplitude; else the line itself.
+SpectralLine largest_line(const Spectrum& spectrum);
+
 }  // namespace flexframe::sim
