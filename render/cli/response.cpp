@@ -93,6 +93,22 @@ void report(const Words& w, const sim::FrequencyResponse& r, const sim::VecX& fr
   fmt::print("response     {}\ndiagram      {}\n", csv.string(), svg.string());
 }
 
+// At the frequency of a vibration without damping the response has no limit.
+void tell_of_undamped(const sim::Linearisation& linear, const sim::VecX& frequencies, sim::Notes& told) {
+  std::vector<double> hertz;
+  for (const sim::LinearMode& mode : linear.modes)
+    if (mode.kind == sim::LinearMode::vibration && mode.damping < 1e-9 && mode.frequency >= frequencies[0] &&
+        mode.frequency <= frequencies[frequencies.size() - 1])
+      hertz.push_back(mode.frequency);
+  if (hertz.empty()) return;
+  std::sort(hertz.begin(), hertz.end());
+  told.warn(
+      {fmt::format("{} at {:.5g} Hz{} without damping: the response there has no limit, and its numbers are rounding; give what "
+                   "vibrates damping",
+                   hertz.size() == 1 ? "a vibration" : fmt::format("{} vibrations, the first", hertz.size()), hertz.front(),
+                   hertz.size() == 1 ? " is" : ", are")});
+}
+
 int respond(const Words& w) {
   const Job job = read_job(w.scene, w.settings);
   const sim::System system = sim::make_system(job.scene);
@@ -106,7 +122,10 @@ int respond(const Words& w) {
   sim::write_whole_file(svg, film::diagram_svg(response_diagram(r, frequencies, w.force)));
   const std::vector<sim::RicherBeams> richer = sim::richer_beams(system);
   sim::Notes told = system.notes;
-  sim::tell_of_frequencies(system, sim::linearise(system), richer, sim::unasked_accuracy, frequencies[frequencies.size() - 1], told);
+  const sim::Linearisation linear = sim::linearise(system);
+  tell_of_undamped(linear, frequencies, told);
+  sim::tell_of_frequencies(system, linear, richer, sim::unasked_accuracy, frequencies[frequencies.size() - 1], told);
+  sim::tell_of_last_modes(system, frequencies[frequencies.size() - 1], told);
   sim::tell_of_response(system, w.force, r, richer, sim::unasked_accuracy, told);
   report(w, r, frequencies, told, csv, svg);
   return 0;

@@ -256,4 +256,20 @@ void tell_of_response(const System& system, const std::string& force, const Freq
   }
 }
 
+void tell_of_last_modes(const System& system, double highest, Notes& notes) {
+  for (size_t b = 0; b < system.scene.bodies.size(); ++b) {
+    if (!std::holds_alternative<ModalDef>(system.scene.bodies[b].kind)) continue;
+    const FlexibleBody& body = system.model.parts[static_cast<size_t>(system.model.pieces[b].front())].body;
+    if (body.n == 0) continue;
+    Linearisation own;
+    own.equations.M = body.Me;
+    own.equations.K = body.Ke;
+    const VecX hertz = undamped_frequencies(own);
+    if (hertz.size() == 0 || highest <= hertz[hertz.size() - 1]) continue;
+    notes.warn(fmt::format("body '{}'", system.scene.bodies[b].name),
+               fmt::format("its file has no modes above {:.4g} Hz: the response beyond is without them; reduce the model with more modes",
+                           hertz[hertz.size() - 1]));
+  }
+}
+
 }  // namespace flexframe::sim

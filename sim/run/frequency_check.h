@@ -37,6 +37,9 @@ void tell_of_frequencies(const System& system, const Linearisation& linear, cons
 void tell_of_response(const System& system, const std::string& force, const FrequencyResponse& response,
                       const std::vector<RicherBeams>& richer, double asked, Notes& notes);
 
+// Warns of bodies from files whose own modes end below `highest`, Hz: what lies above is without them.
+void tell_of_last_modes(const System& system, double highest, Notes& notes);
+
 // The sixth vibration's frequency, Hz, or the last one's where there are fewer: how far frequencies are looked at without being asked for.
 double sixth_frequency(const Linearisation& linear);
 

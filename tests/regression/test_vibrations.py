@@ -3,6 +3,7 @@ import csv
 import json
 import math
 import pathlib
+import re
 
 from program import expect, finish, near, run, temporary_folder
 from scene_text import body, force, joint, output, rigid, section, simulation
@@ -61,6 +62,11 @@ def response(folder):
         values = table[one["column"]]
         expect(one["largest"] == max(values) == values[table["frequency"].index(one["frequency"])], f"{one} told as a peak")
     expect(told["left_out"] and told["csv"] == str(folder / "r.csv"), f"response as JSON: {told}")
+    expect(told["warnings"] == [], f"warnings of damped oscillators: {told}")
+    bare = re.sub(r"damping *= *[0-9.]+", "damping = 0", scene.read_text())
+    (folder / "bare.toml").write_text(bare)
+    told = json.loads(run("response", folder / "bare.toml", "--force", "push", *words).stdout)
+    expect(any("without damping: the response there has no limit" in one for one in told["warnings"]), f"undamped: {told['warnings']}")
     message = run("response", scene, "--force", "pus", code=2).stderr
     expect("two.toml" in message and "did you mean 'push'" in message, message)
     # Nothing gives the size of drag or contact: it cannot be a unit.
