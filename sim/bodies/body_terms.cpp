@@ -1,6 +1,6 @@
 #include "sim/bodies/body_terms.h"
 
-#include "sim/base/columns.h"
+#include "sim/base/sized.h"
 #include "sim/base/wide.h"
 #include "sim/bodies/axis_mass.h"
 
@@ -10,26 +10,23 @@ namespace {
 
 using Tensor = Eigen::Matrix<double, 1, 1>;  // about the normal of the plane
 
-// What differs between space and plane is how blocks lie in memory, and that sums are kept in the order in which they always were.
-void multiply(const MatX& A, const VecX& x, VecX& out) {
-  out.resize(A.rows());
-  sim::multiply(A, x.data(), out.data());
-}
-void add_component(Mat6X& M, int a, const VecX& row) { M.row(a) += row.transpose(); }
-void add_component(MatX3& M, int a, const VecX& column) { M.col(a) += column; }
-
 // First order of the coupling, of the first moment and of the inertia tensor.
-void first_order(const FlexibleBody& body, const VecX& q, Mat6X& Mre, Vec3& md, Vec6& J) {
-  Mre.topRows<3>() = body.md1;
-  Mre.bottomRows<3>() = body.Cr0;
-  md += combine(body.md1, q);
-  J += combine(body.J1, q);
+template <int N>
+FLEXFRAME_INLINE void first_order(const FlexibleBody& body, const VecX& q, Mat6X& Mre, Vec3& md, Vec6& J) {
+  auto both = sized<N>(Mre);
+  both.template topRows<3>() = sized<N>(body.md1);
+  both.template bottomRows<3>() = sized<N>(body.Cr0);
+  md += combine_sized<N>(body.md1, q);
+  J += combine_sized<N>(body.J1, q);
 }
-void first_order(const PlaneBody& body, const VecX& q, MatX3& Mre, Vec2& md, Tensor& J) {
-  Mre.leftCols<2>() = body.md1;
-  Mre.col(2) = body.Cr0;
-  md += Vec2(body.md1.col(0).dot(q), body.md1.col(1).dot(q));
-  J[0] += body.J1.dot(q);
+template <int N>
+FLEXFRAME_INLINE void first_order(const PlaneBody& body, const VecX& q, MatX3& Mre, Vec2& md, Tensor& J) {
+  const auto x = component_of<N>(body.md1, 0), y = component_of<N>(body.md1, 1);
+  component_of<N>(Mre, 0) = x;
+  component_of<N>(Mre, 1) = y;
+  component_of<N>(Mre, 2) = sized<N>(body.Cr0);
+  md += Vec2(x.dot(sized<N>(q)), y.dot(sized<N>(q)));
+  J[0] += sized<N>(body.J1).dot(sized<N>(q));
 }
 
 Mat3 full_tensor(const Vec6& J) {
@@ -58,38 +55,42 @@ Tensor tensor_weight(double w) { return Tensor(0.5 * w * w); }
 Vec3 times(const Vec6& J, const Vec3& w) { return full_tensor(J) * w; }
 double times(const Tensor& J, double w) { return J[0] * w; }
 
-Vec6 momentum(const Mat6X& Mre, const VecX& qd) { return combine(Mre, qd); }
-Vec3 momentum(const MatX3& Mre, const VecX& qd) { return {Mre.col(0).dot(qd), Mre.col(1).dot(qd), Mre.col(2).dot(qd)}; }
-
 // -Ct (v x w) - 1/2 w^T J1 w, and the rate of the tensor's first order.
-Vec6 centrifugal(const FlexibleBody& body, const Vec3& v, const Vec3& w, const Vec6& weight, const VecX& qd, BodyTerms& out) {
+template <int N>
+FLEXFRAME_INLINE Vec6 centrifugal(const FlexibleBody& body, const Vec3& v, const Vec3& w, const Vec6& weight, const VecX& qd,
+                                  BodyTerms& out) {
   const Vec3 a = v.cross(w);
   const double *m = out.Mre.data(), *J = body.J1.data();
+  const Eigen::Index n = N > 0 ? N : qd.size();
   Vec6 Jdot = Vec6::Zero();
-  for (Eigen::Index k = 0; k < qd.size(); ++k, m += 6, J += 6) {
+  for (Eigen::Index k = 0; k < n; ++k, m += 6, J += 6) {
     const Eigen::Map<const Vec6> J1(J);
     out.ce[k] = -(m[0] * a[0] + m[1] * a[1] + m[2] * a[2]) - J1.dot(weight);
     Jdot += J1 * qd[k];
   }
   return Jdot;
 }
-Tensor centrifugal(const PlaneBody& body, const Vec2& v, double w, const Tensor& weight, const VecX& qd, PlaneTerms& out) {
+template <int N>
+FLEXFRAME_INLINE Tensor centrifugal(const PlaneBody& body, const Vec2& v, double w, const Tensor& weight, const VecX& qd, PlaneTerms& out) {
   const Vec2 a = cross(v, w);
-  out.ce = -a.x() * out.Mre.col(0) - a.y() * out.Mre.col(1) - weight[0] * body.J1;
-  return Tensor(body.J1.dot(qd));
+  sized<N>(out.ce) = -a.x() * component_of<N>(out.Mre, 0) - a.y() * component_of<N>(out.Mre, 1) - weight[0] * sized<N>(body.J1);
+  return Tensor(sized<N>(body.J1).dot(sized<N>(qd)));
 }
 
 // ce += w_a (Cr1_a - Cr1_a^T) qd; out.work is Cr1_a qd.
-void add_gyroscopic(const FlexibleBody& body, int a, double w, const VecX& qd, BodyTerms& out) {
+template <int N>
+FLEXFRAME_INLINE void add_gyroscopic(const FlexibleBody& body, int a, double w, const VecX& qd, BodyTerms& out) {
   if (w == 0.0) return;
   const double* column = body.Cr1[a].data();
-  const Eigen::Index n = qd.size();
-  for (Eigen::Index k = 0; k < n; ++k, column += n) out.ce[k] += w * (out.work[k] - Eigen::Map<const VecX>(column, n).dot(qd));
+  const Eigen::Index n = N > 0 ? N : qd.size();
+  for (Eigen::Index k = 0; k < n; ++k, column += n)
+    out.ce[k] += w * (out.work[k] - Eigen::Map<const Eigen::Matrix<double, N, 1>>(column, n).dot(sized<N>(qd)));
 }
-void add_gyroscopic(const PlaneBody& body, int, double w, const VecX& qd, PlaneTerms& out) {
+template <int N>
+FLEXFRAME_INLINE void add_gyroscopic(const PlaneBody& body, int, double w, const VecX& qd, PlaneTerms& out) {
   if (body.Cr1_difference.size() == 0) return;
-  multiply(body.Cr1_difference, qd, out.work2);
-  out.ce += w * out.work2;
+  multiply_sized<N>(body.Cr1_difference, qd.data(), out.work2.data());
+  sized<N>(out.ce) += w * sized<N>(out.work2);
 }
 
 template <class S, class Body>
@@ -99,91 +100,105 @@ void reserve_terms(const Body& body, TermsIn<S>& out) {
     if (body.J2[s].size() > 0) out.J2q[s] = VecX::Zero(body.n);
 }
 
-template <class S, class Body>
+template <int N, class S, class Body>
 FLEXFRAME_INLINE void mass(const Body& body, const VecX& q, TermsIn<S>& out) {
   // First moment and its derivative Ct.
   typename S::Linear md = body.md0;
   auto J = body.J0;
   if (body.n > 0) {
-    first_order(body, q, out.Mre, md, J);
+    first_order<N>(body, q, out.Mre, md, J);
     for (int a = 0; a < S::linear; ++a) {
       if (body.md2[a].size() == 0) continue;
-      multiply(body.md2[a], q, out.work);
-      add_component(out.Mre, a, out.work);
-      md[a] += 0.5 * q.dot(out.work);
+      multiply_sized<N>(body.md2[a], q.data(), out.work.data());
+      component_of<N>(out.Mre, a) += sized<N>(out.work);
+      md[a] += 0.5 * sized<N>(q).dot(sized<N>(out.work));
     }
     for (int a = 0; a < S::angular; ++a) {
       if (body.Cr1[a].size() == 0) continue;
-      multiply(body.Cr1[a], q, out.work);
-      add_component(out.Mre, S::linear + a, out.work);
+      multiply_sized<N>(body.Cr1[a], q.data(), out.work.data());
+      component_of<N>(out.Mre, S::linear + a) += sized<N>(out.work);
     }
     for (int s = 0; s < S::tensor; ++s) {
       if (body.J2[s].size() == 0) continue;
-      multiply(body.J2[s], q, out.J2q[s]);
-      J[s] += 0.5 * q.dot(out.J2q[s]);
+      multiply_sized<N>(body.J2[s], q.data(), out.J2q[s].data());
+      J[s] += 0.5 * sized<N>(q).dot(sized<N>(out.J2q[s]));
     }
   }
   out.md = md;
   rigid_mass(body.mass, md, J, out.Mrr);
 }
 
-template <class S, class Body>
+template <class S>
+FLEXFRAME_INLINE void rigid_velocity_terms(const typename S::Twist& V, TermsIn<S>& out) {
+  const typename S::Twist P = out.Mrr * V;
+  out.cr = joined(cross(angular(V), linear(P)), cross(angular(V), angular(P)) + cross(linear(V), linear(P)));
+}
+
+template <int N, class S, class Body>
 FLEXFRAME_INLINE void velocity_terms(const Body& body, const typename S::Twist& V, const VecX& qd, TermsIn<S>& out) {
   const typename S::Linear v = linear(V);
   const typename S::Angular w = angular(V);
   typename S::Twist P = out.Mrr * V;  // momenta
-  if (body.n == 0) {
-    out.cr = joined(cross(w, linear(P)), cross(w, angular(P)) + cross(v, linear(P)));
-    return;
-  }
-  const typename S::Twist Pe = momentum(out.Mre, qd);
+  const typename S::Twist Pe = combine_sized<N>(out.Mre, qd);
   P += Pe;
   const typename S::Linear p = linear(P), mdd = linear(Pe);
 
   // Elastic row: sum_a w_a (Cr1_a - Cr1_a^T) qd - Ct (v x w) - 1/2 w^T dJ/dq w.
   const auto weight = tensor_weight(w);
-  auto Jdot = centrifugal(body, v, w, weight, qd, out);
+  auto Jdot = centrifugal<N>(body, v, w, weight, qd, out);
   for (int s = 0; s < S::tensor; ++s) {
     if (body.J2[s].size() == 0) continue;
-    Jdot[s] += out.J2q[s].dot(qd);
-    out.ce -= weight[s] * out.J2q[s];
+    Jdot[s] += sized<N>(out.J2q[s]).dot(sized<N>(qd));
+    sized<N>(out.ce) -= weight[s] * sized<N>(out.J2q[s]);
   }
   Eigen::Matrix<double, S::angular, 1> Crdot_qd = Eigen::Matrix<double, S::angular, 1>::Zero();
   for (int a = 0; a < S::angular; ++a) {
     if (body.Cr1[a].size() == 0) continue;
-    multiply(body.Cr1[a], qd, out.work);
-    Crdot_qd[a] = out.work.dot(qd);
-    add_gyroscopic(body, a, component(w, a), qd, out);
+    multiply_sized<N>(body.Cr1[a], qd.data(), out.work.data());
+    Crdot_qd[a] = sized<N>(out.work).dot(sized<N>(qd));
+    add_gyroscopic<N>(body, a, component(w, a), qd, out);
   }
   typename S::Linear mddd = S::Linear::Zero();
   for (int a = 0; a < S::linear; ++a) {
     if (body.md2[a].size() == 0) continue;
-    multiply(body.md2[a], qd, out.work);
-    mddd[a] = out.work.dot(qd);
+    multiply_sized<N>(body.md2[a], qd.data(), out.work.data());
+    mddd[a] = sized<N>(out.work).dot(sized<N>(qd));
   }
   out.cr = joined(cross(w, p) + cross(w, mdd) + mddd,
                   cross(w, angular(P)) + cross(v, p) + cross(mdd, v) + times(Jdot, w) + as_angular(Crdot_qd));
 }
 
-FLEXFRAME_WIDE void wide_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out) { mass(body, q, out); }
-FLEXFRAME_WIDE void wide_mass(const PlaneBody& body, const VecX& q, PlaneTerms& out) { mass(body, q, out); }
+FLEXFRAME_WIDE void wide_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out) {
+  by_count(
+      body.n, [&](auto n) __attribute__((always_inline)) { mass<n()>(body, q, out); });
+}
+FLEXFRAME_WIDE void wide_mass(const PlaneBody& body, const VecX& q, PlaneTerms& out) {
+  by_count(
+      body.n, [&](auto n) __attribute__((always_inline)) { mass<n()>(body, q, out); });
+}
 FLEXFRAME_WIDE void wide_velocity_terms(const FlexibleBody& body, const Vec6& V, const VecX& qd, BodyTerms& out) {
-  velocity_terms(body, V, qd, out);
+  if (body.n == 0) return rigid_velocity_terms(V, out);
+  by_count(
+      body.n, [&](auto n) __attribute__((always_inline)) { velocity_terms<n()>(body, V, qd, out); });
 }
 FLEXFRAME_WIDE void wide_velocity_terms(const PlaneBody& body, const Vec3& V, const VecX& qd, PlaneTerms& out) {
-  velocity_terms(body, V, qd, out);
+  if (body.n == 0) return rigid_velocity_terms(V, out);
+  by_count(
+      body.n, [&](auto n) __attribute__((always_inline)) { velocity_terms<n()>(body, V, qd, out); });
 }
 
-template <class S, class Body>
+template <int N, class Body>
+FLEXFRAME_INLINE void structural_force(const Body& body, const VecX& q, const VecX& qd, VecX& out) {
+  if (body.stiffness.size() > 0) sized<N>(out) = sized<N>(body.stiffness).cwiseProduct(sized<N>(q));
+  else multiply_sized<N>(body.Ke, q.data(), out.data());
+  if (body.ksigma.size() > 0) sized<N>(out) += sized<N>(body.ksigma);
+  if (body.De.size() > 0) add_sized<N>(body.De, qd, out);
+}
+template <class Body>
 void structural_force(const Body& body, const VecX& q, const VecX& qd, VecX& out) {
-  if (body.stiffness.size() > 0) out = body.stiffness.cwiseProduct(q);
-  else multiply(body.Ke, q, out);
-  if (body.ksigma.size() > 0) out += body.ksigma;
-  if (body.De.size() == 0) return;
-  // A product's set-up costs more than the work of few coordinates.
-  if (body.n > 8) out.noalias() += body.De * qd;
-  else
-    for (int k = 0; k < body.n; ++k) out += body.De.col(k) * qd[k];
+  out.resize(body.n);
+  by_count(
+      body.n, [&](auto n) __attribute__((always_inline)) { structural_force<n()>(body, q, qd, out); });
 }
 
 }  // namespace
@@ -213,8 +228,8 @@ void update_velocity_terms(const FlexibleBody& body, const Vec6& V, const VecX& 
 }
 void update_velocity_terms(const PlaneBody& body, const Vec3& V, const VecX& qd, PlaneTerms& out) { wide_velocity_terms(body, V, qd, out); }
 
-void elastic_force(const FlexibleBody& body, const VecX& q, const VecX& qd, VecX& out) { structural_force<Space>(body, q, qd, out); }
-void elastic_force(const PlaneBody& body, const VecX& q, const VecX& qd, VecX& out) { structural_force<Plane>(body, q, qd, out); }
+void elastic_force(const FlexibleBody& body, const VecX& q, const VecX& qd, VecX& out) { structural_force(body, q, qd, out); }
+void elastic_force(const PlaneBody& body, const VecX& q, const VecX& qd, VecX& out) { structural_force(body, q, qd, out); }
 
 namespace {
 
@@ -222,7 +237,7 @@ namespace {
 double quadratic_form(const MatX& A, const VecX& x) {
   static thread_local VecX product;
   product.resize(x.size());
-  multiply(A, x, product);
+  multiply(A, x.data(), product.data());
   return x.dot(product);
 }
 
@@ -250,7 +265,7 @@ double kinetic_energy(const FlexibleBody& body, const BodyTerms& terms, const Ve
 
 double kinetic_energy(const PlaneBody& body, const PlaneTerms& terms, const Vec3& V, const VecX& qd) {
   double e = 0.5 * V.dot(terms.Mrr * V);
-  if (body.n > 0) e += V.dot(momentum(terms.Mre, qd)) + 0.5 * elastic_square(body, terms, qd);
+  if (body.n > 0) e += V.dot(combine(terms.Mre, qd)) + 0.5 * elastic_square(body, terms, qd);
   return e;
 }
 

@@ -1,6 +1,6 @@
 #include "sim/dynamics/closure.h"
 
-#include "sim/base/small_matrices.h"
+#include "sim/base/sized.h"
 #include "sim/dynamics/kinematics.h"
 #include "sim/dynamics/velocities.h"
 #include "sim/scene/joint_kinds.h"
@@ -43,14 +43,14 @@ double row_residual(const PlaneRow& row, const PlanePose& r) {
   }
 }
 
-// Coefficients of the row on the relative velocity (lv) and angular velocity (lw), in the axes of a.
+// As LoopRow has them.
 template <class S>
 struct RowDirection {
   typename S::Linear lv;
   typename S::Angular lw;
 };
 template <class S, class Row>
-RowDirection<S> row_direction(const Row& row, const typename S::Pose& r) {
+FLEXFRAME_INLINE RowDirection<S> row_direction(const Row& row, const typename S::Pose& r) {
   RowDirection<S> out{S::Linear::Zero(), S::no_turn()};
   if (row.kind == ClosureRow::translation) out.lv = row.u;
   if (row.kind == ClosureRow::distance) out.lv = r.p / row.length;
@@ -117,18 +117,11 @@ void coupling_line(const Model& model, int cluster, const CouplingRow& coupling,
   });
 }
 
-// A loop joint's frames in the base frame, and b in a.
-template <class S>
-struct LoopPose {
-  typename S::Pose a, b, relative;
-};
-// Of the loops of a cluster, in their order.
 template <class S>
 using LoopPoses = std::vector<LoopPose<S>>;
 
-// Of one cluster at a time, in one of the functions that close it.
 template <class W>
-void update_loop_poses(const Model& model, const W& work, int cluster, LoopPoses<typename W::In>& poses) {
+FLEXFRAME_INLINE void update_loop_poses(const Model& model, const W& work, int cluster, LoopPoses<typename W::In>& poses) {
   const std::vector<int>& loops = model.clusters[cluster].loops;
   poses.resize(loops.size());
   for (size_t k = 0; k < loops.size(); ++k) {
@@ -140,30 +133,22 @@ void update_loop_poses(const Model& model, const W& work, int cluster, LoopPoses
 }
 
 // Rows of a cluster: all, or those of its partition.
-template <class S>
 struct WhichRows {
   int cluster;
   bool all;
-  const LoopPoses<S>& poses;
 };
 
-// Calls on_loop(row, LoopRow, closure row), on_coupling(row, coupling) and on_lock(row, index of the locked rate) in the order of all rows,
-// or of the partition's, where `row` is the index there.
-template <class S>
-struct LoopRow {
-  const LoopJoint& loop;
-  const LoopPose<S>& at;
-};
+// Calls on_loop(row, index of the loop in the cluster, row of that loop), on_coupling(row, coupling) and on_lock(row, index of the locked
+// rate) in the order of all rows, or of the partition's, where `row` is the index there.
 template <class W, class OnLoop, class OnCoupling, class OnLock>
-void for_rows(const Model& model, const W& work, const WhichRows<typename W::In>& which, OnLoop&& on_loop, OnCoupling&& on_coupling,
-              OnLock&& on_lock) {
+void for_rows(const Model& model, const W& work, const WhichRows& which, OnLoop&& on_loop, OnCoupling&& on_coupling, OnLock&& on_lock) {
   const Cluster& c = model.clusters[which.cluster];
   const ClusterWork& cw = work.clusters[which.cluster];
   const auto visit = [&](int index, size_t row) {
     for (size_t k = 0; k < c.loops.size(); ++k) {
-      const auto& rows = loop_rows(model, work, c.loops[k]);
-      if (row < rows.size()) return on_loop(index, LoopRow<typename W::In>{model.loops[c.loops[k]], which.poses[k]}, rows[row]);
-      row -= rows.size();
+      const size_t count = model.loops[c.loops[k]].rows.size();
+      if (row < count) return on_loop(index, static_cast<int>(k), static_cast<int>(row));
+      row -= count;
     }
     if (row < c.couplings.size()) on_coupling(index, model.couplings[c.couplings[row]]);
     else on_lock(index, row - c.couplings.size());
@@ -177,13 +162,58 @@ void for_rows(const Model& model, const W& work, const WhichRows<typename W::In>
   for (const int row : cw.partition.rows) visit(index++, static_cast<size_t>(row));
 }
 
-// Those of a row's unit multiplier.
-template <class W, class Row>
-LoopWrenches<W> unit_wrenches(const Row& closure, const typename W::In::Pose& rel) {
-  const RowDirection<typename W::In> d = row_direction<typename W::In>(closure, rel);
+// Calls on_coupling and on_lock of for_rows for the partition's rows that are not among those of loops.
+template <class W, class OnCoupling, class OnLock>
+FLEXFRAME_INLINE void for_other_rows(const Model& model, const W& work, int cluster, const LoopMotion<typename W::In>& loops,
+                                     OnCoupling&& on_coupling, OnLock&& on_lock) {
+  if (loops.rows.size() < work.clusters[cluster].partition.rows.size())
+    for_rows(
+        model, work, {cluster, false}, [](int, int, int) {}, on_coupling, on_lock);
+}
+
+template <class W>
+const LoopJoint& loop_joint(const Model& model, const W&, int cluster, int loop) {
+  return model.loops[model.clusters[cluster].loops[static_cast<size_t>(loop)]];
+}
+template <class W>
+const auto& closure_row(const Model& model, const W& work, int cluster, int loop, int at) {
+  return loop_rows(model, work, model.clusters[cluster].loops[static_cast<size_t>(loop)])[static_cast<size_t>(at)];
+}
+
+// Which rows of loops the partition has; all of their other fields follow from poses (update_rows).
+template <class W>
+FLEXFRAME_INLINE void list_rows(const Model& model, const W& work, int cluster, LoopMotion<typename W::In>& out) {
+  out.rows.clear();
+  for_rows(
+      model, work, {cluster, false},
+      [&](int row, int loop, int at) {
+        auto& entry = out.rows.emplace_back();
+        entry.row = row, entry.loop = loop, entry.at = at;
+      },
+      [](int, const CouplingRow&) {}, [](int, size_t) {});
+}
+
+// Of a row's unit multiplier, on frames a and b.
+template <class W>
+LoopWrenches<W> unit_wrenches(const RowDirection<typename W::In>& d, const typename W::In::Pose& rel) {
   LoopWrenches<W> out;
   row_wrench(rel, d.lv, d.lw, out.on_a, out.on_b);
   return out;
+}
+
+// Everything of the rows that list_rows has found.
+template <class W>
+FLEXFRAME_INLINE void update_rows(const Model& model, const W& work, int cluster, LoopMotion<typename W::In>& out) {
+  using S = typename W::In;
+  for (LoopRow<S>& row : out.rows) {
+    const LoopPose<S>& at = out.poses[static_cast<size_t>(row.loop)];
+    const RowDirection<S> d = row_direction<S>(closure_row(model, work, cluster, row.loop, row.at), at.relative);
+    row.lv = d.lv;
+    row.lw = d.lw;
+    const typename S::Linear force = turn_back(at.relative, d.lv);
+    const typename S::Angular moment = turn_back(at.relative, d.lw);
+    row.on_b = wrench_to_parent(at.b, joined(force, moment));
+  }
 }
 
 // The rates of a row with these unit wrenches per rate of the cluster, in ClusterWork::line.
@@ -265,42 +295,56 @@ double rate_scale(const Model& model, int cluster, int rate) {
 
 namespace {
 
-// Residuals of all rows or of the partition's, into a column of as many. Returns the largest in metres: angles count by the cluster's size
-// (closure_row_scales).
+// Residual of a row of a loop into its place; the largest so far in metres: angles count by the cluster's size (closure_row_scales).
+template <class Row, class PoseIn>
+FLEXFRAME_INLINE void take_residual(const Row& closure, const PoseIn& relative, double size, double& out, double& largest) {
+  out = row_residual(closure, relative);
+  largest = std::max(largest, std::abs(out) * (closure.kind == ClosureRow::angle ? size : 1.0));
+}
+
+// Of couplings and locks the same.
 template <class W>
-double closure_residual(const Model& model, const W& work, const WhichRows<typename W::In>& which, VecX& out) {
-  const int cluster = which.cluster;
-  const ClusterWork& cw = work.clusters[cluster];
+auto coupling_residuals(const Model& model, const W& work, int cluster, VecX& out, double& largest) {
+  return [&model, &work, &out, &largest, cluster](int row, const CouplingRow& coupling) {
+    out[row] = -coupling.value;
+    for (const CouplingRow::Term& term : coupling.terms) out[row] += term.factor * coupled(model, work, term).value;
+    for_stretches(model, work, cluster, coupling, [&](int, int, const auto&, const auto&, double length) { out[row] += length; });
+    largest = std::max(largest, std::abs(out[row]) * (coupling.length ? 1.0 : model.clusters[cluster].size));
+  };
+}
+template <class W>
+auto lock_residuals(const Model& model, const W& work, int cluster, VecX& out, double& largest) {
+  return [&model, &work, &out, &largest, cluster](int row, size_t lock) {
+    const ClusterWork& cw = work.clusters[cluster];
+    const auto [part, k] = rate_owner(model, cluster, cw.locked[lock]);
+    // An orientation has no coordinate of its own for a rate: it stays because its rate does.
+    // What is carried along stands where its coordinates say.
+    const TreeJoint& joint = model.parts[part].joint;
+    out[row] = joint.nq == joint.nv && lock >= static_cast<size_t>(cw.carried)
+                   ? work.q[model.parts[part].q0 + k] - cw.lock_value[static_cast<Eigen::Index>(lock)]
+                   : 0.0;
+    largest = std::max(largest, std::abs(out[row]) * rate_scale(model, cluster, cw.locked[lock]));
+  };
+}
+
+// Residuals of the partition's rows, into a column of as many. Returns the largest in metres.
+template <class W>
+FLEXFRAME_INLINE double closure_residual(const Model& model, const W& work, int cluster, const LoopMotion<typename W::In>& loops,
+                                         VecX& out) {
   const double size = model.clusters[cluster].size;
   double largest = 0.0;
-  for_rows(
-      model, work, which,
-      [&](int row, const auto& loop, const auto& closure) {
-        out[row] = row_residual(closure, loop.at.relative);
-        largest = std::max(largest, std::abs(out[row]) * (closure.kind == ClosureRow::angle ? size : 1.0));
-      },
-      [&](int row, const CouplingRow& coupling) {
-        out[row] = -coupling.value;
-        for (const CouplingRow::Term& term : coupling.terms) out[row] += term.factor * coupled(model, work, term).value;
-        for_stretches(model, work, cluster, coupling, [&](int, int, const auto&, const auto&, double length) { out[row] += length; });
-        largest = std::max(largest, std::abs(out[row]) * (coupling.length ? 1.0 : size));
-      },
-      [&](int row, size_t lock) {
-        const auto [part, k] = rate_owner(model, cluster, cw.locked[lock]);
-        // An orientation has no coordinate of its own for a rate: it stays because its rate does.
-        // What is carried along stands where its coordinates say.
-        const TreeJoint& joint = model.parts[part].joint;
-        out[row] = joint.nq == joint.nv && lock >= static_cast<size_t>(cw.carried)
-                       ? work.q[model.parts[part].q0 + k] - cw.lock_value[static_cast<Eigen::Index>(lock)]
-                       : 0.0;
-        largest = std::max(largest, std::abs(out[row]) * rate_scale(model, cluster, cw.locked[lock]));
-      });
+  for (const auto& row : loops.rows)
+    take_residual(closure_row(model, work, cluster, row.loop, row.at), loops.poses[static_cast<size_t>(row.loop)].relative, size,
+                  out[row.row], largest);
+  for_other_rows(model, work, cluster, loops, coupling_residuals(model, work, cluster, out, largest),
+                 lock_residuals(model, work, cluster, out, largest));
   return largest;
 }
 
 // Twist and acceleration at zero coordinate accelerations of a frame, also where it is fixed to what carries the cluster.
 template <class W>
-void loop_frame_motion(const Model& model, int cluster, int frame, W& work, typename W::In::Twist& V, typename W::In::Twist& A) {
+FLEXFRAME_INLINE void loop_frame_motion(const Model& model, int cluster, int frame, W& work, typename W::In::Twist& V,
+                                        typename W::In::Twist& A) {
   const FramePoint& f = model.frames[frame];
   if (f.part != ground && model.parts[f.part].cluster == cluster) {
     update_frame_velocity(model, frame, work);
@@ -320,7 +364,8 @@ struct RelativeMotion {
 };
 
 template <class W>
-RelativeMotion<typename W::In> relative_motion(const Model& model, int cluster, W& work, int a, int b, const typename W::In::Pose& rel) {
+FLEXFRAME_INLINE RelativeMotion<typename W::In> relative_motion(const Model& model, int cluster, W& work, int a, int b,
+                                                                const typename W::In::Pose& rel) {
   using S = typename W::In;
   typename S::Twist Va, Aa, Vb, Ab;
   loop_frame_motion(model, cluster, a, work, Va, Aa);
@@ -337,26 +382,30 @@ RelativeMotion<typename W::In> relative_motion(const Model& model, int cluster, 
 
 // Of the partition's rows: rate and acceleration at zero coordinate accelerations.
 template <class W>
-void closure_rates(const Model& model, int cluster, W& work, const LoopPoses<typename W::In>& poses) {
+FLEXFRAME_INLINE void closure_rates(const Model& model, int cluster, W& work, const LoopMotion<typename W::In>& loops) {
   using S = typename W::In;
   ClusterWork& cw = work.clusters[cluster];
   VecX &rate = cw.rate, &bias = cw.bias;
   rate.resize(static_cast<Eigen::Index>(cw.partition.rows.size()));
   bias.resize(rate.size());
-  const LoopJoint* have = nullptr;
+  int have = -1;
   RelativeMotion<S> m;
-  for_rows(
-      model, work, {cluster, false, poses},
-      [&](int row, const auto& at, const auto& closure) {
-        const typename S::Pose& rel = at.at.relative;
-        if (have != &at.loop) m = relative_motion(model, cluster, work, at.loop.a, at.loop.b, rel);
-        have = &at.loop;
-        const RowDirection<S> d = row_direction<S>(closure, rel);
-        rate[row] = dot(d.lv, m.pd) + dot(d.lw, m.w);
-        bias[row] = dot(d.lv, m.pdd) + dot(d.lw, m.wd);
-        if (closure.kind == ClosureRow::angle) bias[row] += dot(m.w, cross(cross(m.w, turn(rel, closure.b)), closure.u));
-        if (closure.kind == ClosureRow::distance) bias[row] += m.pd.squaredNorm() / closure.length;
-      },
+  for (const LoopRow<S>& row : loops.rows) {
+    const typename S::Pose& rel = loops.poses[static_cast<size_t>(row.loop)].relative;
+    if (have != row.loop) {
+      const LoopJoint& loop = loop_joint(model, work, cluster, row.loop);
+      m = relative_motion(model, cluster, work, loop.a, loop.b, rel);
+    }
+    have = row.loop;
+    double value = dot(row.lv, m.pdd) + dot(row.lw, m.wd);
+    const auto& closure = closure_row(model, work, cluster, row.loop, row.at);
+    if (closure.kind == ClosureRow::angle) value += dot(m.w, cross(cross(m.w, turn(rel, closure.b)), closure.u));
+    if (closure.kind == ClosureRow::distance) value += m.pd.squaredNorm() / closure.length;
+    rate[row.row] = dot(row.lv, m.pd) + dot(row.lw, m.w);
+    bias[row.row] = value;
+  }
+  for_other_rows(
+      model, work, cluster, loops,
       [&](int row, const CouplingRow& coupling) {
         rate[row] = bias[row] = 0.0;
         for (const CouplingRow::Term& term : coupling.terms) {
@@ -381,9 +430,11 @@ void closure_rates(const Model& model, int cluster, W& work, const LoopPoses<typ
 
 template <class W>
 void update_closure_rates(const Model& model, int cluster, W& work) {
-  LoopPoses<typename W::In> poses;
-  update_loop_poses(model, work, cluster, poses);
-  closure_rates(model, cluster, work, poses);
+  LoopMotion<typename W::In> loops;
+  update_loop_poses(model, work, cluster, loops.poses);
+  list_rows(model, work, cluster, loops);
+  update_rows(model, work, cluster, loops);
+  closure_rates(model, cluster, work, loops);
 }
 
 template <class W>
@@ -392,7 +443,14 @@ void update_closure_residual(const Model& model, int cluster, W& work) {
   out.setZero(closure_row_count(model, work, cluster));
   LoopPoses<typename W::In> poses;
   update_loop_poses(model, work, cluster, poses);
-  closure_residual(model, work, {cluster, true, poses}, out);
+  double largest = 0.0;
+  for_rows(
+      model, work, {cluster, true},
+      [&](int row, int loop, int at) {
+        take_residual(closure_row(model, work, cluster, loop, at), poses[static_cast<size_t>(loop)].relative, model.clusters[cluster].size,
+                      out[row], largest);
+      },
+      coupling_residuals(model, work, cluster, out, largest), lock_residuals(model, work, cluster, out, largest));
 }
 
 template <class W>
@@ -404,9 +462,11 @@ void update_closure_matrix(const Model& model, int cluster, W& work) {
   LoopPoses<typename W::In> poses;
   update_loop_poses(model, work, cluster, poses);
   for_rows(
-      model, work, {cluster, true, poses},
-      [&](int row, const auto& at, const auto& closure) {
-        closure_line(model, work, cluster, at.loop, unit_wrenches<W>(closure, at.at.relative), true);
+      model, work, {cluster, true},
+      [&](int row, int loop, int at) {
+        const typename W::In::Pose& rel = poses[static_cast<size_t>(loop)].relative;
+        const auto direction = row_direction<typename W::In>(closure_row(model, work, cluster, loop, at), rel);
+        closure_line(model, work, cluster, loop_joint(model, work, cluster, loop), unit_wrenches<W>(direction, rel), true);
         cw.G.row(row) = cw.line.transpose();
       },
       [&](int row, const CouplingRow& coupling) {
@@ -535,36 +595,13 @@ const std::vector<JointInBase<typename W::In>>& joints_in_base(const Model& mode
   if (joints.size() < model.parts.size()) joints.resize(model.parts.size());
   for (int i : model.clusters[cluster].parts) {
     const Part& part = model.parts[i];
+    if (part.joint.nv + part.body.n == 0) continue;
     const auto& p = work.parts[i];
     auto& joint = joints[i];
     joint.outboard = compose(p.in_base, work.frames[part.joint.outboard].pose);
     for (int k = 0; k < part.joint.nv; ++k) joint.twists.col(k) = to_parent(joint.outboard, typename W::In::Twist(p.joint.S.col(k)));
   }
   return joints;
-}
-
-// A row of a loop's condition: what its unit multiplier does to frame b, about the base frame's origin in its axes. On a it acts the
-// other way.
-template <class S>
-struct RowForce {
-  int row;  // of the partition
-  const LoopJoint* loop;
-  const LoopPose<S>* at;
-  typename S::Twist on_b;
-};
-// Those of the partition; on_coupling and on_lock as for_rows has them.
-template <class W, class OnCoupling, class OnLock>
-std::span<const RowForce<typename W::In>> row_forces(const Model& model, const W& work, const WhichRows<typename W::In>& which,
-                                                     OnCoupling&& on_coupling, OnLock&& on_lock) {
-  static thread_local std::vector<RowForce<typename W::In>> forces;
-  forces.clear();
-  for_rows(
-      model, work, which,
-      [&](int row, const auto& at, const auto& closure) {
-        forces.push_back({row, &at.loop, &at.at, wrench_to_parent(at.at.b, unit_wrenches<W>(closure, at.at.relative).on_b)});
-      },
-      on_coupling, on_lock);
-  return forces;
 }
 
 // Where the rates of a cluster stand among the columns of its conditions: dependent ones first.
@@ -597,19 +634,24 @@ struct LoopEnd {
 
 // Adds the products of some rows' wrench on a part with its twists per elastic rate, B at the pose in the base frame.
 template <class W>
-void add_elastic_columns(const typename W::In::Columns& B, const typename W::In::Pose& pose, int first,
-                         std::span<const RowForce<typename W::In>> forces, const LoopEnd<typename W::In>& end,
-                         const RowsOfG<typename W::In>& out) {
+FLEXFRAME_INLINE void add_elastic_columns(const typename W::In::Columns& B, const typename W::In::Pose& pose, int first,
+                                          std::span<const LoopRow<typename W::In>> forces, const LoopEnd<typename W::In>& end,
+                                          const RowsOfG<typename W::In>& out) {
   for (const auto& force : forces) {
     const typename W::In::Twist on_frame = wrench_to_child(pose, typename W::In::Twist(end.sense * force.on_b));
-    for (Eigen::Index k = 0; k < count(B); ++k) out.G[out.column[first + k] * out.rows + force.row] += column(B, k).dot(on_frame);
+    const int* const to = out.column.data() + first;
+    by_count(
+        count(B), [&](auto few) __attribute__((always_inline)) {
+          const Eigen::Index n = few() > 0 ? few() : count(B);
+          for (Eigen::Index k = 0; k < n; ++k) out.G[to[k] * out.rows + force.row] += column(B, k).dot(on_frame);
+        });
   }
 }
 
 // What the rows of one loop make of the rates between one of its frames and what carries the cluster.
 template <class W>
-void add_path(const Model& model, const W& work, std::span<const RowForce<typename W::In>> forces, const LoopEnd<typename W::In>& end,
-              const RowsOfG<typename W::In>& out) {
+FLEXFRAME_INLINE void add_path(const Model& model, const W& work, std::span<const LoopRow<typename W::In>> forces,
+                               const LoopEnd<typename W::In>& end, const RowsOfG<typename W::In>& out) {
   const int v0 = model.clusters[out.cluster].v0;
   int at = end.frame;
   for (int i = model.frames[at].part; i != ground && model.parts[i].cluster == out.cluster; i = model.parts[i].parent) {
@@ -634,18 +676,55 @@ struct WhichColumns {
   bool all, elastic;
 };
 
-// The partition's rows of G: the inverse of their columns dep into Gd, with all columns minus the others into Gi.
+// out = A x.
+FLEXFRAME_INLINE void multiply_into(const MatX& A, const VecX& x, VecX& out) {
+  if (out.size() != A.rows()) out.resize(A.rows());
+  multiply(A, x.data(), out.data());
+}
+
+// C = -A B, column by column; two or three rows as multiply does them.
+FLEXFRAME_INLINE void set_negative_product(const MatX& A, const double* b, MatX& C) {
+  const Eigen::Index n = A.rows();
+  for (Eigen::Index k = 0; k < C.cols(); ++k, b += n) {
+    double* const c = &C(0, k);
+    if (n == 2) {
+      for (Eigen::Index r = 0; r < 2; ++r) c[r] = -(A(r, 0) * b[0] + A(r, 1) * b[1]);
+    } else if (n == 3) {
+      for (Eigen::Index r = 0; r < 3; ++r) c[r] = -((A(r, 0) * b[0] + A(r, 1) * b[1]) + A(r, 2) * b[2]);
+    } else {
+      multiply(A, b, c);
+      for (Eigen::Index r = 0; r < n; ++r) c[r] = -c[r];
+    }
+  }
+}
+
+// Calls on_loop(rows, loop joint, its pose) for the rows of one loop that follow one another: they go their way together.
+template <class W, class OnLoop>
+FLEXFRAME_INLINE void for_loops(const Model& model, const W& work, int cluster, const LoopMotion<typename W::In>& loops, OnLoop&& on_loop) {
+  const std::span<const LoopRow<typename W::In>> rows = loops.rows;
+  for (size_t from = 0, to = 0; from < rows.size(); from = to) {
+    const int loop = rows[from].loop;
+    while (to < rows.size() && rows[to].loop == loop) ++to;
+    on_loop(rows.subspan(from, to - from), loop_joint(model, work, cluster, loop), loops.poses[static_cast<size_t>(loop)]);
+  }
+}
+
+// The partition's rows of G: the inverse of their columns dep into Gd, with all columns E too.
 template <class W>
-void factorise_closure(const Model& model, int cluster, W& work, const LoopPoses<typename W::In>& poses, const WhichColumns& columns) {
+FLEXFRAME_INLINE void factorise_closure(const Model& model, int cluster, W& work, const WhichColumns& columns) {
   using S = typename W::In;
   const Cluster& c = model.clusters[cluster];
   ClusterWork& cw = work.clusters[cluster];
+  LoopMotion<S>& loops = work.loops[cluster];
+  update_rows(model, work, cluster, loops);
   const Eigen::Index nd = static_cast<Eigen::Index>(cw.partition.dep.size()), ni = static_cast<Eigen::Index>(cw.partition.ind.size());
   static thread_local std::vector<double> G;
-  G.assign(static_cast<size_t>(nd * (nd + ni)), 0.0);
+  const size_t entries = static_cast<size_t>(nd * (nd + ni));
+  if (G.size() < entries) G.resize(entries);
+  std::fill_n(G.data(), entries, 0.0);
   const std::vector<int>& column = columns_of_rates(c, cw.partition);
-  const auto forces = row_forces(
-      model, work, {cluster, false, poses},
+  for_other_rows(
+      model, work, cluster, loops,
       [&](int row, const CouplingRow& coupling) {
         cw.line.resize(c.nv);
         coupling_line(model, cluster, coupling, work, columns.elastic);
@@ -653,42 +732,17 @@ void factorise_closure(const Model& model, int cluster, W& work, const LoopPoses
       },
       [&](int row, size_t lock) { G[static_cast<size_t>(column[cw.locked[lock]] * nd + row)] = 1.0; });
   const RowsOfG<S> out{joints_in_base(model, work, cluster), column, cluster, columns.elastic, nd, G.data()};
-  for (size_t from = 0, to = 0; from < forces.size(); from = to) {
-    // Rows of one loop that follow one another go the way together.
-    const LoopJoint& loop = *forces[from].loop;
-    while (to < forces.size() && forces[to].loop == &loop) ++to;
-    const auto of_loop = forces.subspan(from, to - from);
-    add_path<W>(model, work, of_loop, {loop.b, forces[from].at->b, 1.0}, out);
-    add_path<W>(model, work, of_loop, {loop.a, forces[from].at->a, -1.0}, out);
-  }
+  for_loops(model, work, cluster, loops, [&](const auto& rows, const LoopJoint& loop, const LoopPose<S>& at) {
+    add_path<W>(model, work, rows, {loop.b, at.b, 1.0}, out);
+    add_path<W>(model, work, rows, {loop.a, at.a, -1.0}, out);
+  });
   cw.Gd.resize(nd, nd);
   std::copy_n(G.data(), nd * nd, cw.Gd.data());
-  if (columns.all) {
-    cw.Gi.resize(nd, ni);
-    for (Eigen::Index k = 0; k < nd * ni; ++k) cw.Gi.data()[k] = -G[static_cast<size_t>(nd * nd + k)];
-  }
   // A singular one leaves nothing finite, and the loop is found to stay open.
   if (!invert(cw.Gd)) cw.Gd.setConstant(std::numeric_limits<double>::infinity());
-}
-
-// out = A x.
-void multiply_into(const MatX& A, const VecX& x, VecX& out) {
-  if (out.size() != A.rows()) out.resize(A.rows());
-  multiply(A, x.data(), out.data());
-}
-
-// C = A B, column by column; two or three rows as multiply does them.
-void multiply_columns(const MatX& A, const MatX& B, MatX& C) {
-  const Eigen::Index n = A.rows();
-  for (Eigen::Index k = 0; k < B.cols(); ++k) {
-    const double* const b = &B(0, k);
-    double* const c = &C(0, k);
-    if (n == 2)
-      for (Eigen::Index r = 0; r < 2; ++r) c[r] = A(r, 0) * b[0] + A(r, 1) * b[1];
-    else if (n == 3)
-      for (Eigen::Index r = 0; r < 3; ++r) c[r] = (A(r, 0) * b[0] + A(r, 1) * b[1]) + A(r, 2) * b[2];
-    else multiply(A, b, c);
-  }
+  if (!columns.all) return;
+  cw.E.resize(nd, ni);
+  set_negative_product(cw.Gd, G.data() + nd * nd, cw.E);
 }
 
 // The rate of a row's wrench on a frame along the prescribed motions between the frame and what carries the cluster.
@@ -708,8 +762,8 @@ double driven_rate(const Model& model, const W& work, int cluster, int frame, ty
 
 // Adds the rates of the rows of one loop along the prescribed motions between one of its frames and what carries the cluster.
 template <class W>
-void add_driven_rates(const Model& model, const W& work, int cluster, std::span<const RowForce<typename W::In>> forces,
-                      const LoopEnd<typename W::In>& end, VecX& rate) {
+FLEXFRAME_INLINE void add_driven_rates(const Model& model, const W& work, int cluster, std::span<const LoopRow<typename W::In>> forces,
+                                       const LoopEnd<typename W::In>& end, VecX& rate) {
   for (int i = model.frames[end.frame].part; i != ground && model.parts[i].cluster == cluster; i = model.parts[i].parent) {
     const TreeJoint& joint = model.parts[i].joint;
     if (joint.motion < 0) continue;
@@ -721,11 +775,12 @@ void add_driven_rates(const Model& model, const W& work, int cluster, std::span<
 
 // Of the partition's rows: rates while every rate rests and only prescribed motions go on, into ClusterWork::rate.
 template <class W>
-void update_driven_rates(const Model& model, int cluster, W& work, const LoopPoses<typename W::In>& poses) {
+FLEXFRAME_INLINE void update_driven_rates(const Model& model, int cluster, W& work) {
+  const LoopMotion<typename W::In>& loops = work.loops[cluster];
   VecX& rate = work.clusters[cluster].rate;
   rate.setZero(static_cast<Eigen::Index>(work.clusters[cluster].partition.rows.size()));
-  const auto forces = row_forces(
-      model, work, {cluster, false, poses},
+  for_other_rows(
+      model, work, cluster, loops,
       [&](int row, const CouplingRow& coupling) {
         for (const CouplingRow::Term& term : coupling.terms)
           if (model.parts[term.part].joint.motion >= 0) rate[row] += term.factor * coupled(model, work, term).rate;
@@ -733,13 +788,10 @@ void update_driven_rates(const Model& model, int cluster, W& work, const LoopPos
                       [&](int frame, const auto& F) { rate[row] += driven_rate(model, work, cluster, frame, F); });
       },
       [](int, size_t) {});
-  for (size_t from = 0, to = 0; from < forces.size(); from = to) {
-    const LoopJoint& loop = *forces[from].loop;
-    while (to < forces.size() && forces[to].loop == &loop) ++to;
-    const auto of_loop = forces.subspan(from, to - from);
-    add_driven_rates<W>(model, work, cluster, of_loop, {loop.b, forces[from].at->b, 1.0}, rate);
-    add_driven_rates<W>(model, work, cluster, of_loop, {loop.a, forces[from].at->a, -1.0}, rate);
-  }
+  for_loops(model, work, cluster, loops, [&](const auto& rows, const LoopJoint& loop, const LoopPose<typename W::In>& at) {
+    add_driven_rates<W>(model, work, cluster, rows, {loop.b, at.b, 1.0}, rate);
+    add_driven_rates<W>(model, work, cluster, rows, {loop.a, at.a, -1.0}, rate);
+  });
 }
 
 // Moves the dependent coordinates by -ClusterWork::step, joint by joint.
@@ -761,10 +813,8 @@ void move_dependent(const Model& model, int cluster, W& work) {
   }
 }
 
-}  // namespace
-
 template <class W>
-void close_positions(const Model& model, int cluster, W& work) {
+FLEXFRAME_INLINE void close_loops(const Model& model, int cluster, W& work) {
   const Cluster& c = model.clusters[cluster];
   ClusterWork& cw = work.clusters[cluster];
   update_cluster_frames(model, cluster, work);
@@ -784,23 +834,28 @@ void close_positions(const Model& model, int cluster, W& work) {
   cw.res.resize(nd);
   double last = std::numeric_limits<double>::infinity();
   bool fresh = false, whole = false;  // the conditions' matrix serves; it is that of the present place, with all columns
-  static thread_local LoopPoses<typename W::In> poses;
-  update_loop_poses(model, work, cluster, poses);
+  LoopMotion<typename W::In>& loops = work.loops[cluster];
+  list_rows(model, work, cluster, loops);
+  update_loop_poses(model, work, cluster, loops.poses);
   for (int iteration = 0;; ++iteration) {
-    const double open = closure_residual(model, work, {cluster, false, poses}, cw.res);
+    const double open = closure_residual(model, work, cluster, loops, cw.res);
     if (!fresh) {
       // Closed as it stands: nothing will move, and what the end needs is made at once.
       whole = open <= closed * c.size;
       if (elastic || whole) update_jacobians();
-      factorise_closure(model, cluster, work, poses, {whole, elastic || whole});
+      factorise_closure(model, cluster, work, {whole, elastic || whole});
       fresh = true;
     }
     multiply_into(cw.Gd, cw.res, cw.step);
     ++work.closure_iterations;
-    // Size of the step in metres; elastic coordinates count by the closure error they mend.
-    double size = open;
-    for (int k = 0; k < nd; ++k) size = std::max(size, std::abs(cw.step[k]) * rate_scale(model, cluster, part.dep[k]));
+    // Size of the step in metres; elastic coordinates count by the closure error they mend. No scale is larger than `largest`.
+    const double largest = std::max(1.0, c.size);
+    double size = open, moved = 0.0;
+    for (int k = 0; k < nd; ++k) moved = std::max(moved, std::abs(cw.step[k]));
     if (!cw.step.allFinite()) size = std::numeric_limits<double>::infinity();
+    else if (size <= closed * c.size && moved * largest <= closed * c.size) break;
+    else
+      for (int k = 0; k < nd; ++k) size = std::max(size, std::abs(cw.step[k]) * rate_scale(model, cluster, part.dep[k]));
     // 3e-13 of the size is a few hundred roundings of the poses: closed. A step that no longer shrinks at 1e-10 is rounding too.
     // A deformation that closes the loop is a force: one rounding off is as good as it gets.
     if (size <= closed * c.size || (size <= 1e-10 * c.size && size > 0.25 * last)) break;
@@ -816,7 +871,7 @@ void close_positions(const Model& model, int cluster, W& work) {
     whole = false;
     if (elastic) update_cluster_frames(model, cluster, work);
     update_cluster_chain(model, cluster, work);
-    update_loop_poses(model, work, cluster, poses);
+    update_loop_poses(model, work, cluster, loops.poses);
     // With the matrix of the start the error shrinks by about its own size over the mechanism's each time: what two steps have shown
     // tells whether a third is needed, and whether the matrix still serves.
     if (std::isfinite(last) ? size <= 1e-3 * last && size * size / last <= 1e-15 * c.size : size <= 1e-10 * c.size) break;
@@ -825,10 +880,18 @@ void close_positions(const Model& model, int cluster, W& work) {
   }
   if (!whole) {
     update_jacobians();
-    factorise_closure(model, cluster, work, poses, {true, true});
+    factorise_closure(model, cluster, work, {true, true});
   }
-  cw.E.resize(cw.Gd.rows(), cw.Gi.cols());
-  multiply_columns(cw.Gd, cw.Gi, cw.E);
+}
+
+FLEXFRAME_WIDE void wide_close_loops(const Model& model, int cluster, Work& work) { close_loops(model, cluster, work); }
+FLEXFRAME_WIDE void wide_close_loops(const Model& model, int cluster, PlaneWork& work) { close_loops(model, cluster, work); }
+
+}  // namespace
+
+template <class W>
+void close_positions(const Model& model, int cluster, W& work) {
+  wide_close_loops(model, cluster, work);
 }
 
 template <class W>
@@ -880,7 +943,7 @@ namespace {
 
 // for_accelerations: what they need of the rates is made too.
 template <class W>
-void close_rates(const Model& model, int cluster, W& work, bool for_accelerations) {
+FLEXFRAME_INLINE void close_rates(const Model& model, int cluster, W& work, bool for_accelerations) {
   const Cluster& c = model.clusters[cluster];
   ClusterWork& cw = work.clusters[cluster];
   const Partition& part = cw.partition;
@@ -889,8 +952,6 @@ void close_rates(const Model& model, int cluster, W& work, bool for_acceleration
     update_cluster_velocities(model, cluster, work);
     return;
   }
-  static thread_local LoopPoses<typename W::In> poses;
-  update_loop_poses(model, work, cluster, poses);
   VecX& rhs = cw.res;
   rhs.resize(nd);
   cw.ind_rate.resize(ni);
@@ -898,11 +959,9 @@ void close_rates(const Model& model, int cluster, W& work, bool for_acceleration
   const VecX& ind = cw.ind_rate;
   multiply_into(cw.E, ind, cw.step);
   VecX& dep = cw.step;
-  bool prescribed = cw.carried > 0;
-  for (int i : c.parts) prescribed = prescribed || model.parts[i].joint.motion >= 0;
   cw.e0.setZero(nd);
-  if (prescribed) {
-    update_driven_rates(model, cluster, work, poses);
+  if (cw.carried > 0 || work.carrying.follows[static_cast<size_t>(cluster)]) {
+    update_driven_rates(model, cluster, work);
     const int loop_rows = closure_row_count(model, work, cluster) - static_cast<int>(cw.locked.size());
     for (int i = 0; i < nd; ++i) {
       const int lock = part.rows[i] - loop_rows;
@@ -914,21 +973,28 @@ void close_rates(const Model& model, int cluster, W& work, bool for_acceleration
   for (int k = 0; k < nd; ++k) work.w[c.v0 + part.dep[k]] = dep[k];
   update_cluster_velocities(model, cluster, work);
   if (!for_accelerations) return;
-  closure_rates(model, cluster, work, poses);
+  closure_rates(model, cluster, work, work.loops[cluster]);
   rhs = -cw.bias;
   multiply_into(cw.Gd, rhs, cw.gamma);
+}
+
+FLEXFRAME_WIDE void wide_close_rates(const Model& model, int cluster, Work& work, bool for_accelerations) {
+  close_rates(model, cluster, work, for_accelerations);
+}
+FLEXFRAME_WIDE void wide_close_rates(const Model& model, int cluster, PlaneWork& work, bool for_accelerations) {
+  close_rates(model, cluster, work, for_accelerations);
 }
 
 }  // namespace
 
 template <class W>
 void close_velocities(const Model& model, int cluster, W& work) {
-  close_rates(model, cluster, work, true);
+  wide_close_rates(model, cluster, work, true);
 }
 
 template <class W>
 void close_velocities_alone(const Model& model, int cluster, W& work) {
-  close_rates(model, cluster, work, false);
+  wide_close_rates(model, cluster, work, false);
 }
 
 template <class W>

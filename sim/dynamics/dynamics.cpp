@@ -1,8 +1,7 @@
 #include "sim/dynamics/dynamics.h"
 
 #include "sim/base/eigen_solvers.h"
-#include "sim/base/small_matrices.h"
-#include "sim/base/wide.h"
+#include "sim/base/sized.h"
 #include "sim/dynamics/closure.h"
 #include "sim/dynamics/few_rates.h"
 #include "sim/dynamics/flexures.h"
@@ -36,6 +35,13 @@ FLEXFRAME_INLINE typename W::In::Twist falling(const Model& model, const W& work
   return A;
 }
 
+// Coupling and forces of a part's own coordinates, N as in sized.h.
+template <int N, class S>
+FLEXFRAME_INLINE void start_elastic(const typename S::Twist& A0, PartMotion<S>& p) {
+  sized_columns<N>(p.Mre) = sized_columns<N>(p.terms.Mre);
+  sized<N>(p.fe) = sized<N>(p.terms.ce) + sized<N>(p.elastic) - sized<N>(p.load_e) + dots_sized<N>(p.terms.Mre, A0);
+}
+
 // Own inertia, velocity terms and applied loads of every part; child clusters and parts are added on the way down.
 template <class W>
 FLEXFRAME_INLINE void start_composites(const Model& model, W& work) {
@@ -50,13 +56,12 @@ FLEXFRAME_INLINE void start_composites(const Model& model, W& work) {
     p.fr.noalias() += p.terms.Mrr * A0;
     if (body.n > 0) {
       elastic_force(elastic_body(model, work, i), p.q, p.qd, p.elastic);
-      p.Mre = p.terms.Mre;
       if (work.carrying.elastic[at]) {
         const MatX& own = elastic_mass(body, p.terms);
         std::copy_n(own.data(), own.size(), p.Mee.data());
       }
-      p.fe = p.terms.ce + p.elastic - p.load_e;
-      add_transposed(p.terms.Mre, A0, p.fe);
+      by_count(
+          body.n, [&](auto n) __attribute__((always_inline)) { start_elastic<n()>(A0, p); });
     }
     const TreeJoint& j = model.parts[at].joint;
     if (j.spring || j.stop || work.joints[at].friction.size() > 0) joint_forces(model.parts[at], work.joints[at], work.q, work.w, p.tau);
@@ -604,7 +609,7 @@ void load_responses(const Model& model, W& work, VecX& out) {
       project_wrench(model, work, k, {load.on, wrench}, true, cw.line);
       auto response = responses.col(i);
       for (Eigen::Index a = 0; a < ni; ++a) response[a] = cw.line[split.ind[a]];
-      for (size_t e = 0; e < split.dep.size(); ++e) response += cw.Et.col(static_cast<Eigen::Index>(e)) * cw.line[split.dep[e]];
+      for (size_t e = 0; e < split.dep.size(); ++e) response += cw.E.row(static_cast<Eigen::Index>(e)).transpose() * cw.line[split.dep[e]];
       column[n] = wrench.dot(work.frames[load.on].V);
       any = true;
     }

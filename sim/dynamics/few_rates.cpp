@@ -2,7 +2,8 @@
 
 #include "sim/base/four.h"
 #include "sim/base/padded_factor.h"
-#include "sim/base/wide.h"
+#include "sim/base/sized.h"
+#include "sim/dynamics/closure.h"
 
 #include <algorithm>
 
@@ -75,13 +76,12 @@ struct FewRates {
     const std::vector<int>&ind = cw.partition.ind, &dep = cw.partition.dep;
     const Eigen::Index nd = static_cast<Eigen::Index>(dep.size());
     for (int k = 0; k < rates; ++k) place[ind[k]] = k;
-    cw.Et.resize(rates, nd);
     for (Eigen::Index d = 0; d < nd; ++d) {
       place[dep[d]] = -1 - static_cast<int>(d);
       double* const row = reinterpret_cast<double*>(dependent[d]);
       for (int k = rates & ~3; k < padded; ++k) row[k] = 0.0;
       const double* e = &cw.E(d, 0);
-      for (int k = 0; k < rates; ++k, e += nd) row[k] = cw.Et(k, d) = *e;
+      for (int k = 0; k < rates; ++k, e += nd) row[k] = *e;
     }
   }
 
@@ -124,8 +124,14 @@ struct FewRates {
   // Adds one column a coordinate of the part's body.
   FLEXFRAME_INLINE void place_block(const typename S::Columns& A, const Part& part, PerRate<S, Fours>& out) {
     const int first = place[part.ev0 - c.v0];
-    for (int k = 0; k < part.body.n; ++k)
-      for (int r = 0; r < components; ++r) out.row(r)[first + k] += column(A, k)[r];
+    by_count(
+        part.body.n, [&](auto count) __attribute__((always_inline)) {
+          const int n = count() > 0 ? count() : part.body.n;
+          for (int r = 0; r < components; ++r) {
+            double* const row = out.row(r) + first;
+            for (int k = 0; k < n; ++k) row[k] += column(A, k)[r];
+          }
+        });
   }
 
   // T^T M T and -T^T f of a part.
@@ -145,7 +151,9 @@ struct FewRates {
       }
       four(h + 4 * f).v = on_rates;
     }
-    if (part.body.n > 0) add_elastic(i, at, momenta);
+    if (part.body.n > 0)
+      by_count(
+          part.body.n, [&](auto count) __attribute__((always_inline)) { add_elastic<count()>(i, at, momenta); });
     for (int j = 0; j < rates; ++j)
       for (int f = j / 4; f < Fours; ++f) {
         Four sum = four(D + j * padded + 4 * f).v;
@@ -161,11 +169,12 @@ struct FewRates {
   }
 
   // What its own coordinates add: to the matrix in their columns, to the momenta, and the forces on them.
+  template <int N>
   FLEXFRAME_INLINE void add_elastic(int i, const Moved<S, Fours>& at, PerRate<S, Fours>& momenta) {
     const Part& part = model.parts[i];
     const auto& p = work.parts[i];
     const MatX& Mee = work.carrying.elastic[i] ? p.Mee : elastic_mass(kinetic_body(model, work, i), p.terms);
-    const int n = part.body.n, first = place[part.ev0 - c.v0];
+    const int n = N > 0 ? N : part.body.n, first = place[part.ev0 - c.v0];
     for (int k = 0; k < n; ++k) {
       const auto m = column(p.Mre, k);
       double* const d = D + std::ptrdiff_t{padded} * (first + k);
@@ -214,7 +223,8 @@ struct FewRates {
     std::fill_n(D, padded * padded, 0.0);
     std::fill_n(h, padded, 0.0);
     for (int i : c.parts) move(i, moved);
-    for (int i : c.parts) add_part(i, moved[i]);
+    for (int i : c.parts)
+      if (work.carrying.moves[i]) add_part(i, moved[i]);
     if (!factorise()) return false;
     solve_filled(D, padded, h);
     cw.whole = false;
@@ -243,14 +253,10 @@ FLEXFRAME_WIDE bool wide_solve(const Model& model, int cluster, PlaneWork& work)
 
 template <class W>
 bool has_few_rates(const Model& model, int cluster, const W& work) {
-  const Cluster& c = model.clusters[cluster];
   const ClusterWork& cw = work.clusters[cluster];
   const size_t rates = cw.partition.ind.size();
   if (rates == 0 || rates > most_rates || cw.partition.dep.size() > most_dependent || cw.carried > 0) return false;
-  for (int k : cw.partition.dep)
-    for (int i : c.parts)
-      if (const int e = c.v0 + k - model.parts[i].ev0; e >= 0 && e < model.parts[i].body.n) return false;
-  return true;
+  return !deformation_closes(model, cw.partition, cluster);
 }
 
 template <class W>

@@ -1,10 +1,11 @@
 #include "sim/dynamics/kinematics.h"
 
-#include "sim/base/small_matrices.h"
+#include "sim/base/sized.h"
 #include "sim/base/wide.h"
 #include "sim/dynamics/plane_frames.h"
 #include "sim/dynamics/signals.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace flexframe::sim {
@@ -37,6 +38,7 @@ Carrying find_carrying(const Model& model) {
   for (const Cluster& c : model.clusters) {
     const Part& part = model.parts[c.parts.front()];
     out.link.push_back(c.parts.size() == 1 && !has_closure(c) && part.body.n == 0 && part.joint.nv == 1);
+    out.follows.push_back(std::any_of(c.parts.begin(), c.parts.end(), [&](int i) { return model.parts[i].joint.motion >= 0; }));
   }
   return out;
 }
@@ -50,6 +52,7 @@ Work make_work(const Model& model) {
   work.parts.resize(model.parts.size());
   work.joints.resize(model.parts.size());
   work.bases.resize(model.clusters.size());
+  work.loops.resize(model.clusters.size());
   work.clusters.resize(model.clusters.size());
   for (size_t i = 0; i < model.parts.size(); ++i) {
     const Part& part = model.parts[i];
@@ -98,42 +101,42 @@ Work make_work(const Model& model) {
   return work;
 }
 
-void update_frame_pose(const Model& model, int frame, Work& work) {
-  FrameWork& fw = work.frames[frame];
-  if (!fw.flexible) return;
-  const FramePoint& f = model.frames[frame];
-  const FlexibleNode& node = kinetics(model, work, f.part).nodes[f.node];
-  const VecX& q = work.parts[f.part].q;
+namespace {
 
-  // Node: r = origin + phi q + 1/2 q phi2 q,  R = exp(psi q) R0.
-  fw.theta = combine(node.psi, q);
-  fw.series = RotationSeries(fw.theta.squaredNorm());
-  // 1 + s T + b T^2 with T = skew(theta), T^2 = theta theta^T - |theta|^2.
-  Mat3 turn = (fw.series.b * fw.theta) * fw.theta.transpose() + fw.series.s * skew(fw.theta);
-  turn.diagonal().array() += 1.0 - fw.series.b * fw.theta.squaredNorm();
-  Mat3 R;
-  R.noalias() = turn * node.rotation;
-  Vec3 at = node.origin + combine(node.phi, q);
-  for (int a = 0; a < 3; ++a) {
-    if (node.phi2[a].size() == 0) continue;
-    multiply(node.phi2[a], q.data(), &fw.phi2q(0, a));
-    at[a] += 0.5 * fw.phi2q.col(a).dot(q);
-  }
-  fw.pose.R.noalias() = R * f.offset.R;
-  fw.pose.p = at + R * f.offset.p;
+// 1 + x T + y T^2 with T = skew(theta), T^2 = theta theta^T - |theta|^2.
+FLEXFRAME_INLINE Mat3 by_powers(const Vec3& theta, double x, double y) {
+  Mat3 out = (y * theta) * theta.transpose() + x * skew(theta);
+  out.diagonal().array() += 1.0 - y * theta.squaredNorm();
+  return out;
 }
 
-void update_frame_jacobian(const Model& model, int frame, Work& work) {
-  FrameWork& fw = work.frames[frame];
-  if (!fw.flexible) return;
-  const FramePoint& f = model.frames[frame];
-  const FlexibleNode& node = kinetics(model, work, f.part).nodes[f.node];
+// Node: r = origin + phi q + 1/2 q phi2 q,  R = exp(psi q) R0. N as in sized.h.
+template <int N>
+FLEXFRAME_INLINE void pose_frame(const FlexibleNode& node, const Pose& offset, const VecX& q, FrameWork& fw) {
+  fw.theta = combine_sized<N>(node.psi, q);
+  fw.series = RotationSeries(fw.theta.squaredNorm());
+  Mat3 R;
+  R.noalias() = by_powers(fw.theta, fw.series.s, fw.series.b) * node.rotation;
+  Vec3 at = node.origin + combine_sized<N>(node.phi, q);
+  for (int a = 0; a < 3; ++a) {
+    if (node.phi2[a].size() == 0) continue;
+    multiply_sized<N>(node.phi2[a], q.data(), &fw.phi2q(0, a));
+    at[a] += 0.5 * component_of<N>(fw.phi2q, a).dot(sized<N>(q));
+  }
+  fw.pose.R.noalias() = R * offset.R;
+  fw.pose.p = at + R * offset.p;
+}
+
+template <int N>
+FLEXFRAME_INLINE void fill_jacobian(const FlexibleNode& node, const Pose& offset, FrameWork& fw) {
   const Mat3 Rt = fw.pose.R.transpose();
-  const Mat3 Jr = fw.rest_axes * right_jacobian(fw.theta, fw.series);
-  const bool arm = !f.offset.p.isZero(0.0);
-  const Mat3 A = arm ? Mat3(skew(Vec3(f.offset.R.transpose() * f.offset.p)) * Jr) : Mat3(Mat3::Zero());
+  // right_jacobian of theta.
+  const Mat3 Jr = fw.rest_axes * by_powers(fw.theta, -fw.series.b, fw.series.c);
+  const bool arm = !offset.p.isZero(0.0);
+  const Mat3 A = arm ? Mat3(skew(Vec3(offset.R.transpose() * offset.p)) * Jr) : Mat3(Mat3::Zero());
   const bool second = fw.phi2q.size() > 0;
-  for (Eigen::Index k = 0; k < fw.B.cols(); ++k) {
+  const Eigen::Index n = N > 0 ? N : fw.B.cols();
+  for (Eigen::Index k = 0; k < n; ++k) {
     Vec3 u = node.phi.col(k);
     if (second) u += fw.phi2q.row(k).transpose();
     const Vec3 turn = node.psi.col(k);
@@ -145,30 +148,27 @@ void update_frame_jacobian(const Model& model, int frame, Work& work) {
   }
 }
 
-void update_frame_pose(const Model& model, int frame, PlaneWork& work) {
-  FrameMotion<Plane>& fm = work.frames[frame];
-  if (!fm.flexible) return;
-  const PlaneFrame& f = work.plane.frame_constants[frame];
+// The same in the plane.
+template <int N>
+FLEXFRAME_INLINE void pose_frame(const PlaneFrame& f, const VecX& q, FrameMotion<Plane>& fm) {
   const PlaneNode& node = f.node;
-  const VecX& q = work.parts[model.frames[frame].part].q;
-  const double turned = node.angle + node.psi.dot(q), angle = turned + f.offset_angle;
-  Vec2 at = node.origin + Vec2(node.phi.col(0).dot(q), node.phi.col(1).dot(q));
+  const auto x = sized<N>(q);
+  const double turned = node.angle + sized<N>(node.psi).dot(x), angle = turned + f.offset_angle;
+  Vec2 at = node.origin + Vec2(component_of<N>(node.phi, 0).dot(x), component_of<N>(node.phi, 1).dot(x));
   for (int a = 0; a < 2; ++a) {
     if (node.phi2[a].size() == 0) continue;
-    multiply(node.phi2[a], q.data(), &fm.phi2q(0, a));
-    at[a] += 0.5 * fm.phi2q.col(a).dot(q);
+    multiply_sized<N>(node.phi2[a], q.data(), &fm.phi2q(0, a));
+    at[a] += 0.5 * component_of<N>(fm.phi2q, a).dot(x);
   }
   fm.pose = {std::cos(angle), std::sin(angle), at};
   if (!f.offset.isZero(0.0)) fm.pose.p += turn(PlanePose{std::cos(turned), std::sin(turned), Vec2::Zero()}, f.offset);
 }
 
-void update_frame_jacobian(const Model&, int frame, PlaneWork& work) {
-  FrameMotion<Plane>& fm = work.frames[frame];
-  if (!fm.flexible) return;
-  const PlaneFrame& f = work.plane.frame_constants[frame];
+template <int N>
+FLEXFRAME_INLINE void fill_jacobian(const PlaneFrame& f, FrameMotion<Plane>& fm) {
   const PlaneNode& node = f.node;
   const double c = fm.pose.c, s = fm.pose.s, arm_x = f.arm.x(), arm_y = f.arm.y();
-  const Eigen::Index n = fm.B.rows();
+  const Eigen::Index n = N > 0 ? N : fm.B.rows();
   const bool second = node.phi2[0].size() + node.phi2[1].size() > 0, arm = !f.arm.isZero(0.0);
   const double *const x = node.phi.data(), *const y = x + n, *const x2 = fm.phi2q.data(), *const y2 = x2 + n;
   const double* const psi = node.psi.data();
@@ -189,6 +189,44 @@ void update_frame_jacobian(const Model&, int frame, PlaneWork& work) {
   }
 }
 
+}  // namespace
+
+void update_frame_pose(const Model& model, int frame, Work& work) {
+  FrameWork& fw = work.frames[frame];
+  if (!fw.flexible) return;
+  const FramePoint& f = model.frames[frame];
+  const FlexibleNode& node = kinetics(model, work, f.part).nodes[f.node];
+  const VecX& q = work.parts[f.part].q;
+  by_count(
+      q.size(), [&](auto n) __attribute__((always_inline)) { pose_frame<n()>(node, f.offset, q, fw); });
+}
+
+void update_frame_jacobian(const Model& model, int frame, Work& work) {
+  FrameWork& fw = work.frames[frame];
+  if (!fw.flexible) return;
+  const FramePoint& f = model.frames[frame];
+  const FlexibleNode& node = kinetics(model, work, f.part).nodes[f.node];
+  by_count(
+      fw.B.cols(), [&](auto n) __attribute__((always_inline)) { fill_jacobian<n()>(node, f.offset, fw); });
+}
+
+void update_frame_pose(const Model& model, int frame, PlaneWork& work) {
+  FrameMotion<Plane>& fm = work.frames[frame];
+  if (!fm.flexible) return;
+  const PlaneFrame& f = work.plane.frame_constants[frame];
+  const VecX& q = work.parts[model.frames[frame].part].q;
+  by_count(
+      q.size(), [&](auto n) __attribute__((always_inline)) { pose_frame<n()>(f, q, fm); });
+}
+
+void update_frame_jacobian(const Model&, int frame, PlaneWork& work) {
+  FrameMotion<Plane>& fm = work.frames[frame];
+  if (!fm.flexible) return;
+  const PlaneFrame& f = work.plane.frame_constants[frame];
+  by_count(
+      fm.B.rows(), [&](auto n) __attribute__((always_inline)) { fill_jacobian<n()>(f, fm); });
+}
+
 template <class W>
 void update_frame_position(const Model& model, int frame, W& work) {
   update_frame_pose(model, frame, work);
@@ -199,36 +237,25 @@ namespace {
 
 // What the displacement of second order adds to the acceleration of a frame's node (axes of the part), what its turning does (axes of the
 // frame), and the frame's origin as seen from the node (axes of the frame).
-Vec3 second_order(const Model& model, int frame, Work& work) {
+template <int N, class Node, class S>
+FLEXFRAME_INLINE typename S::Linear second_order(const Node& node, const VecX& qd, FrameMotion<S>& frame) {
+  typename S::Linear out = S::Linear::Zero();
+  for (int a = 0; a < S::linear; ++a)
+    if (node.phi2[a].size() > 0) {
+      multiply_sized<N>(node.phi2[a], qd.data(), frame.scratch.data());
+      out[a] = sized<N>(frame.scratch).dot(sized<N>(qd));
+    }
+  return out;
+}
+const FlexibleNode& node_of(const Model& model, int frame, const Work& work) {
   const FramePoint& f = model.frames[frame];
-  const FlexibleNode& node = kinetics(model, work, f.part).nodes[f.node];
-  const VecX& qd = work.parts[f.part].qd;
-  VecX& scratch = work.frames[frame].scratch;
-  Vec3 out = Vec3::Zero();
-  for (int a = 0; a < 3; ++a)
-    if (node.phi2[a].size() > 0) {
-      multiply(node.phi2[a], qd.data(), scratch.data());
-      out[a] = qd.dot(scratch);
-    }
-  return out;
+  return kinetics(model, work, f.part).nodes[f.node];
 }
-Vec2 second_order(const Model& model, int frame, PlaneWork& work) {
-  const PlaneNode& node = work.plane.frame_constants[frame].node;
-  const VecX& qd = work.parts[model.frames[frame].part].qd;
-  VecX& scratch = work.frames[frame].scratch;
-  Vec2 out = Vec2::Zero();
-  for (int a = 0; a < 2; ++a)
-    if (node.phi2[a].size() > 0) {
-      multiply(node.phi2[a], qd.data(), scratch.data());
-      out[a] = scratch.dot(qd);
-    }
-  return out;
-}
+const PlaneNode& node_of(const Model&, int frame, const PlaneWork& work) { return work.plane.frame_constants[frame].node; }
 Vec3 turning_rate(const Model& model, int frame, const Work& work) {
-  const FramePoint& f = model.frames[frame];
   const FrameWork& fw = work.frames[frame];
-  const FlexibleNode& node = kinetics(model, work, f.part).nodes[f.node];
-  return fw.rest_axes * right_jacobian_rate(fw.theta, combine(node.psi, work.parts[f.part].qd), fw.series);
+  const VecX& qd = work.parts[model.frames[frame].part].qd;
+  return fw.rest_axes * right_jacobian_rate(fw.theta, combine(node_of(model, frame, work).psi, qd), fw.series);
 }
 double turning_rate(const Model&, int, const PlaneWork&) { return 0.0; }
 Vec3 frame_arm(const Model& model, int frame, const Work&) {
@@ -248,7 +275,11 @@ FLEXFRAME_INLINE void finish_frame_velocity(const Model& model, int frame, W& wo
   FrameMotion<S>& fw = work.frames[frame];
   fw.V = to_child(fw.pose, work.parts[model.frames[frame].part].V) + fw.W;
   // dB/dt qd: the displacement's second-order part and the rotation's, and the turning of the frame's axes.
-  const typename S::Linear second = second_order(model, frame, work), arm = frame_arm(model, frame, work);
+  typename S::Linear second;
+  const VecX& qd = work.parts[model.frames[frame].part].qd;
+  by_count(
+      qd.size(), [&](auto n) __attribute__((always_inline)) { second = second_order<n()>(node_of(model, frame, work), qd, fw); });
+  const typename S::Linear arm = frame_arm(model, frame, work);
   const typename S::Angular alpha = turning_rate(model, frame, work), omega = angular(fw.W);
   // Linear part of B qd = R^T (node velocity) + omega x arm.
   const typename S::Linear node_rate = linear(fw.W) - cross(omega, arm);
@@ -268,7 +299,7 @@ void update_frame_velocity(const Model& model, int frame, W& work) {
     fw.V = to_child(fw.pose, work.parts[part].V);
     fw.bias.setZero();
   } else {
-    fw.W = combine(fw.B, work.parts[part].qd);
+    fw.W = combine_few(fw.B, work.parts[part].qd);
     finish_frame_velocity(model, frame, work);
   }
 }
@@ -278,7 +309,7 @@ void update_cluster_frames(const Model& model, int cluster, W& work) {
   const Cluster& c = model.clusters[cluster];
   for (int i : c.parts) {
     const Part& part = model.parts[i];
-    if (part.body.n > 0) work.parts[i].q = work.q.segment(part.eq0, part.body.n);
+    if (part.body.n > 0) copy_few(work.q.data() + part.eq0, part.body.n, work.parts[i].q.data());
   }
   for (int f : c.frames) update_frame_pose(model, f, work);
 }
@@ -295,8 +326,12 @@ FLEXFRAME_INLINE void place_chain(const Model& model, int cluster, W& work) {
     const TreeJoint& j = part.joint;
     update_joint_position(tree_joint(model, work, i), j.motion >= 0 ? &work.motion[j.motion].value : work.q.data() + part.q0, p.joint);
     p.step = compose(p.joint.pose, inverse(work.frames[j.outboard].pose));
-    if (hangs_inside(model, i)) p.in_base = compose(compose(work.parts[part.parent].in_base, work.frames[j.inboard].pose), p.step);
-    else p.in_base = compose(entry_pose(model, work, cluster, entry++), p.step);
+    if (!hangs_inside(model, i)) {
+      p.in_base = compose(entry_pose(model, work, cluster, entry++), p.step);
+      continue;
+    }
+    p.in_carrier = compose(work.frames[j.inboard].pose, p.step);
+    p.in_base = compose(work.parts[part.parent].in_base, p.in_carrier);
   }
 }
 FLEXFRAME_WIDE void wide_place_chain(const Model& model, int cluster, Work& work) { place_chain(model, cluster, work); }
@@ -322,13 +357,13 @@ const typename W::In::Pose& from_carrying_frame(const Model& model, const W& wor
   return hangs_inside(model, part) ? work.parts[part].step : work.parts[part].in_base;
 }
 
-// The part's pose in what carries it, and its twists per rate.
+// The part's pose in what carries it (place_chain has it within the cluster), and its twists per rate.
 template <class W>
 FLEXFRAME_INLINE void seat_part(const Model& model, int i, W& work) {
   using Twist = typename W::In::Twist;
   const Part& part = model.parts[i];
   auto& p = work.parts[i];
-  p.in_carrier = compose(work.frames[carrying_frame(model, work, i)].pose, from_carrying_frame(model, work, i));
+  if (!hangs_inside(model, i)) p.in_carrier = compose(work.frames[carrying_frame(model, work, i)].pose, p.in_base);
   const auto& o = work.frames[part.joint.outboard];
   for (int k = 0; k < part.joint.nv; ++k) column(p.Hj, k) = to_parent(o.pose, Twist(p.joint.S.col(k)));
   if (part.joint.motion >= 0) p.driven = to_parent(o.pose, Twist(p.joint.S.col(0)));
@@ -376,7 +411,7 @@ FLEXFRAME_INLINE void move_parts(const Model& model, int cluster, W& work) {
   for (int i : c.parts) {
     const Part& part = model.parts[i];
     auto& p = work.parts[i];
-    if (part.body.n > 0) p.qd = work.w.segment(part.ev0, part.body.n);
+    if (part.body.n > 0) copy_few(work.w.data() + part.ev0, part.body.n, p.qd.data());
     const TreeJoint& j = part.joint;
     const auto& joint = tree_joint(model, work, i);
     // Twist across the joint, in the axes of the body.
@@ -404,7 +439,7 @@ FLEXFRAME_INLINE void move_parts(const Model& model, int cluster, W& work) {
     // Accelerations at zero coordinate accelerations: what the joint and the outboard frame make, and what the carrier's passes on.
     auto& out = work.frames[j.outboard];
     if (out.flexible) {
-      out.W = combine(out.B, p.qd);
+      out.W = combine_few(out.B, p.qd);
       p.V -= to_parent(out.pose, out.W);
       finish_frame_velocity(model, j.outboard, work);
       p.own = to_parent(out.pose, Twist(p.joint.bias - bracket(p.joint.W, out.V) - out.bias));
@@ -466,10 +501,10 @@ FLEXFRAME_INLINE void accelerate_parts(const Model& model, int cluster, W& work)
   for (int i : model.clusters[cluster].parts) {
     const Part& part = model.parts[i];
     auto& p = work.parts[i];
-    if (part.body.n > 0) p.qdd = work.wdot.segment(part.ev0, part.body.n);
+    if (part.body.n > 0) copy_few(work.wdot.data() + part.ev0, part.body.n, p.qdd.data());
     p.A = carried_acceleration(model, work, i) + p.own;
     for (int k = 0; k < part.joint.nv; ++k) p.A += column(p.Hj, k) * work.wdot[part.v0 + k];
-    if (work.frames[part.joint.outboard].flexible) add_product(p.C, p.qdd, p.A);
+    if (work.frames[part.joint.outboard].flexible) p.A += combine_few(p.C, p.qdd);
   }
 }
 FLEXFRAME_WIDE void wide_accelerate_parts(const Model& model, int cluster, Work& work) { accelerate_parts(model, cluster, work); }

@@ -1,5 +1,6 @@
 #include "sim/dynamics/loads.h"
 
+#include "sim/base/sized.h"
 #include "sim/dynamics/contacts.h"
 #include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/flexures.h"
@@ -364,7 +365,7 @@ template <class W>
 void update_loads(const Model& model, W& work) {
   for (auto& p : work.parts) {
     p.load.setZero();
-    p.load_e.setZero();
+    if (p.load_e.size() > 0) p.load_e.setZero();
   }
   static thread_local VecX Fe;
   visit_loads(
@@ -551,9 +552,12 @@ double dissipated_power(const Model& model, const W& work) {
   for (size_t i = 0; i < model.parts.size(); ++i) {
     const FlexibleBody& body = model.parts[i].body;
     const auto& p = work.parts[i];
-    // A product with the whole matrix costs more in its set-up where it is small.
-    if (body.De.size() > 0)
-      for (Eigen::Index k = 0; k < body.n; ++k) power += p.qd[k] * body.De.col(k).dot(p.qd);
+    if (body.De.size() == 0) continue;
+    by_count(
+        body.n, [&](auto n) __attribute__((always_inline)) {
+          for (Eigen::Index k = 0; k < (n() > 0 ? n() : body.n); ++k)
+            power += p.qd[k] * component_of<n()>(body.De, static_cast<int>(k)).dot(sized<n()>(p.qd));
+        });
   }
   for (const LoopJoint& loop : model.loops)
     if (loop.spring) power += loop.spring->damping * std::pow(loop_spring(model, work, loop).rate, 2);

@@ -114,6 +114,7 @@ struct Builder {
     BaseMotion<Plane> base;
     base.Ib = base.U = MatX3::Zero(c.nv, 3);
     d.bases.push_back(std::move(base));
+    d.loops.emplace_back();
     d.entries.emplace_back();
     for (int i : c.parts) {
       if (hangs_inside(model, i)) continue;
@@ -257,6 +258,7 @@ PlaneWork::PlaneWork(Work& work, PlaneMotion& m)
       frames(m.frames),
       parts(m.parts),
       bases(m.bases),
+      loops(m.loops),
       plane(m) {}
 
 Pose pose_in_space(const Model& model, const Work& work, int frame) { return frame_world(model, work, frame); }

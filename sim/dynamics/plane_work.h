@@ -68,6 +68,7 @@ struct PlaneWork {
   std::vector<FrameMotion<Plane>>& frames;
   std::vector<PartMotion<Plane>>& parts;
   std::vector<BaseMotion<Plane>>& bases;
+  std::vector<LoopMotion<Plane>>& loops;
   const PlaneMotion& plane;
 };
 

@@ -1,7 +1,7 @@
 #include "sim/dynamics/reactions.h"
 
 #include "sim/base/eigen_solvers.h"
-#include "sim/base/small_matrices.h"
+#include "sim/base/sized.h"
 #include "sim/dynamics/closure.h"
 #include "sim/dynamics/kinematics.h"
 #include "sim/dynamics/plane_work.h"
@@ -14,8 +14,17 @@ namespace {
 
 VecX transposed_product(const Mat6X& A, const Vec6& f) { return A.transpose() * f; }
 VecX transposed_product(const MatX3& A, const Vec3& f) { return A * f; }
-void add_momentum(const Mat6X& Mre, const VecX& qdd, Vec6& out) { out += Mre * qdd; }
-void add_momentum(const MatX3& Mre, const VecX& qdd, Vec3& out) { out += combine(Mre, qdd); }
+
+// Power that a part's own coordinates take up, N as in sized.h, and what they add to the momentum's rate, `need`. mass: null for normal
+// modes, whose stiffness is a diagonal: they have unit mass. momentum: scratch.
+template <int N, class S>
+FLEXFRAME_INLINE double elastic_power(const MatX* mass, const PartMotion<S>& p, VecX& momentum, typename S::Twist& need) {
+  need += combine_sized<N>(p.terms.Mre, p.qdd);
+  if (mass) multiply_sized<N>(*mass, p.qdd.data(), momentum.data());
+  else sized<N>(momentum) = sized<N>(p.qdd);
+  sized<N>(momentum) += sized<N>(p.terms.ce) + sized<N>(p.elastic) - sized<N>(p.load_e) + dots_sized<N>(p.terms.Mre, p.A);
+  return sized<N>(momentum).dot(sized<N>(p.qd));
+}
 
 }  // namespace
 
@@ -148,7 +157,7 @@ void compute_reactions(const Model& model, W& work, Reactions& out, bool minimum
   for (size_t i = 0; i < model.parts.size(); ++i) {
     const auto& p = work.parts[i];
     need[i] = p.terms.Mrr * p.A + p.terms.cr - p.load;
-    if (p.qdd.size() > 0) add_momentum(p.terms.Mre, p.qdd, need[i]);
+    if (p.qdd.size() > 0) add_product(p.terms.Mre, p.qdd, need[i]);
   }
   for (size_t k = model.clusters.size(); k-- > 0;) {
     const int cluster = static_cast<int>(k);
@@ -215,14 +224,11 @@ double motion_power(const Model& model, const W& work) {
     const int n = part.body.n;
     Twist need = p.terms.Mrr * p.A + p.terms.cr - p.load;
     if (n > 0) {
-      add_momentum(p.terms.Mre, p.qdd, need);
+      const bool unit = part.body.stiffness.size() > 0 && p.terms.Mee.size() == 0;
+      const MatX* const mass = unit ? nullptr : &elastic_mass(kinetic_body(model, work, static_cast<int>(i)), p.terms);
       momentum.resize(n);
-      // Normal modes, whose stiffness is a diagonal, have unit mass.
-      if (part.body.stiffness.size() > 0 && p.terms.Mee.size() == 0) momentum = p.qdd;
-      else multiply(elastic_mass(kinetic_body(model, work, static_cast<int>(i)), p.terms), p.qdd.data(), momentum.data());
-      momentum += p.terms.ce + p.elastic - p.load_e;
-      add_dots(p.terms.Mre, p.A, momentum.data());
-      power += momentum.dot(p.qd);
+      by_count(
+          n, [&](auto count) __attribute__((always_inline)) { power += elastic_power<count()>(mass, p, momentum, need); });
     }
     power += need.dot(p.V);
     for (int k = 0; k < part.joint.nv; ++k) power -= p.tau[k] * work.w[part.v0 + k];

@@ -4,6 +4,7 @@
 #include "sim/base/small_matrices.h"
 #include "sim/base/wide.h"
 #include "sim/bodies/axis_mass.h"
+#include "sim/dynamics/closure.h"
 #include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/kinematics.h"
 
@@ -464,7 +465,10 @@ struct Solver {
     if (!make_equations()) return false;
     solve_for(cw.a.data());
     const std::vector<int>&ind = cw.partition.ind, &dep = cw.partition.dep;
-    for (size_t k = 0; k < ind.size(); ++k) work.wdot[c.v0 + ind[k]] = cw.a[static_cast<Eigen::Index>(k)];
+    double* const wdot = work.wdot.data() + c.v0;
+    if (dep.empty()) std::copy_n(cw.a.data(), cw.a.size(), wdot);
+    else
+      for (size_t k = 0; k < ind.size(); ++k) wdot[ind[k]] = cw.a[static_cast<Eigen::Index>(k)];
     for (size_t d = 0; d < dep.size(); ++d) {
       const Eigen::Index at = static_cast<Eigen::Index>(d);
       work.wdot[c.v0 + dep[d]] = cw.gamma[at] + cw.Et.col(at).dot(cw.a);
@@ -522,10 +526,7 @@ bool prefers_reduced(const Model& model, int cluster, const PlaneWork& work) {
   if (equations > most || joints < 0 || joints > most_joints || 3 * equations > 2 * modes + 12) return false;
   for (const Cluster& other : model.clusters)
     if (other.parent != ground && model.parts[other.parent].cluster == cluster && model.parts[other.parent].body.n > 0) return false;
-  for (int i : c.parts)
-    for (int k : cw.partition.dep)
-      if (const int e = c.v0 + k - model.parts[i].ev0; e >= 0 && e < model.parts[i].body.n) return false;
-  return true;
+  return !deformation_closes(model, cw.partition, cluster);
 }
 
 namespace {

@@ -35,7 +35,7 @@ struct ClusterWork {
   MatX G;                                 // all rows x nv (update_closure_matrix)
   VecX residual;                          // per row: closure error
   VecX rate, bias;                        // per row of the partition: velocity, acceleration at zero coordinate accelerations
-  MatX Gd, Gi;                            // of the partition's rows of G: the inverse of their columns dep, and minus their columns ind
+  MatX Gd;                                // of the partition's rows of G the inverse of their columns dep
   VecX line, res, step, ind_rate;         // scratch
   MatX E;                                 // dep x ind: w_dep = E w_ind + e0
   VecX e0, gamma;                         // dep: from prescribed motions; acceleration at zero independent accelerations
@@ -85,7 +85,8 @@ struct Carrying {
   std::vector<char> elastic;  // per part: something hangs on it that adds to its elastic mass
   std::vector<char> moves;    // per part: a coordinate moves it (its own, its joint's or one before: else it rests or follows motions)
   std::vector<char> link;     // per cluster: one rigid part on a joint of one rate, as the links of chains are
-  bool driven = false;        // some joint follows a prescribed motion
+  std::vector<char> follows;  // per cluster: one of its joints follows a prescribed motion
+  bool driven = false;        // some joint does
 };
 
 struct Rates {
@@ -175,11 +176,33 @@ struct BaseMotion {
   typename S::Twist V = S::Twist::Zero(), A = S::Twist::Zero();
 };
 
+// A loop joint's frames in the base frame of its cluster, and b in a.
+template <class S>
+struct LoopPose {
+  typename S::Pose a, b, relative;
+};
+// A row of a loop among those of the partition: its coefficients on the relative velocity (lv) and angular velocity (lw) in the axes of a,
+// and what its unit multiplier does to b, about the base frame's origin in its axes. On a it acts the other way.
+template <class S>
+struct LoopRow {
+  int row, loop, at;  // of the partition; which of the cluster's loops, and which of that one's rows
+  typename S::Linear lv;
+  typename S::Angular lw;
+  typename S::Twist on_b;
+};
+// Of the place where a cluster's loops were closed last: what rates need there.
+template <class S>
+struct LoopMotion {
+  std::vector<LoopPose<S>> poses;  // in the order of the cluster's loops
+  std::vector<LoopRow<S>> rows;
+};
+
 template <class S>
 struct Motion {
   std::vector<FrameMotion<S>> frames;
   std::vector<PartMotion<S>> parts;
   std::vector<BaseMotion<S>> bases;  // per cluster
+  std::vector<LoopMotion<S>> loops;  // per cluster
 };
 
 struct Work : Rates, Motion<Space> {

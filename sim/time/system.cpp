@@ -1,5 +1,6 @@
 #include "sim/time/system.h"
 
+#include "sim/base/sized.h"
 #include "sim/dynamics/closure.h"
 #include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/kinematics.h"
@@ -15,14 +16,40 @@
 
 namespace flexframe::sim {
 
+namespace {
+
+// Independent rates of all clusters out of `from` into their places among all rates, and back.
+const double* take_rates(const System& system, const double* from, VecX& rates) {
+  for (size_t c = 0; c < system.model.clusters.size(); ++c) {
+    const Cluster& cluster = system.model.clusters[c];
+    const Partition& split = system.work.clusters[c].partition;
+    double* const to = rates.data() + cluster.v0;
+    if (cluster.nv == 1 && split.dep.empty()) *to = *from++;
+    else if (split.dep.empty()) from = (copy_few(from, cluster.nv, to), from + cluster.nv);
+    else
+      for (const int k : split.ind) to[k] = *from++;
+  }
+  return from;
+}
+double* give_rates(const System& system, const VecX& rates, double* to) {
+  for (size_t c = 0; c < system.model.clusters.size(); ++c) {
+    const Cluster& cluster = system.model.clusters[c];
+    const Partition& split = system.work.clusters[c].partition;
+    const double* const from = rates.data() + cluster.v0;
+    if (cluster.nv == 1 && split.dep.empty()) *to++ = *from;
+    else if (split.dep.empty()) to = (copy_few(from, cluster.nv, to), to + cluster.nv);
+    else
+      for (const int k : split.ind) *to++ = from[k];
+  }
+  return to;
+}
+
+}  // namespace
+
 void unpack_state(System& system, const double* y) {
   Work& work = system.work;
-  work.q = Eigen::Map<const VecX>(y, system.model.nq);
-  const double* w = y + system.model.nq;
-  for (size_t c = 0; c < system.model.clusters.size(); ++c) {
-    const int v0 = system.model.clusters[c].v0;
-    for (int k : work.clusters[c].partition.ind) work.w[v0 + k] = *w++;
-  }
+  std::copy_n(y, system.model.nq, work.q.data());
+  const double* const w = take_rates(system, y + system.model.nq, work.w);
   if (system.model.nz > 0) work.signals.z = Eigen::Map<const VecX>(w, system.model.nz);
 }
 
@@ -134,13 +161,9 @@ void state_rate(System& system, double t, const double* y, double* dy) {
     else if (p.joint.nq == p.joint.nv)
       for (int k = 0; k < p.joint.nv; ++k) dy[p.q0 + k] = work.w[p.v0 + k];
     else coordinate_rates(p.joint.kind, y + p.q0, work.w.data() + p.v0, dy + p.q0);
-    for (int k = 0; k < p.body.n; ++k) dy[p.eq0 + k] = work.w[p.ev0 + k];
+    if (p.body.n > 0) copy_few(work.w.data() + p.ev0, p.body.n, dy + p.eq0);
   }
-  double* dw = dy + system.model.nq;
-  for (size_t c = 0; c < system.model.clusters.size(); ++c) {
-    const int v0 = system.model.clusters[c].v0;
-    for (int k : work.clusters[c].partition.ind) *dw++ = work.wdot[v0 + k];
-  }
+  double* dw = give_rates(system, work.wdot, dy + system.model.nq);
   for (int k = 0; k < system.model.nz; ++k) *dw++ = work.signals.zdot[k];
   if (system.quadrature) {
     *dw++ = supplied;
@@ -151,9 +174,7 @@ void state_rate(System& system, double t, const double* y, double* dy) {
 void accelerate_beside(System& system, const double* y, bool masses, double* wdot) {
   ++system.evaluations;
   Work& own = system.work;
-  const double* w = y + system.model.nq;
-  for (size_t c = 0; c < system.model.clusters.size(); ++c)
-    for (int k : own.clusters[c].partition.ind) own.w[system.model.clusters[c].v0 + k] = *w++;
+  take_rates(system, y + system.model.nq, own.w);
   const auto make = [&](auto& work) {
     update_velocities(system.model, work);
     if (masses) update_accelerations(system.model, work);
@@ -165,8 +186,7 @@ void accelerate_beside(System& system, const double* y, bool masses, double* wdo
   } else {
     make(own);
   }
-  for (size_t c = 0; c < system.model.clusters.size(); ++c)
-    for (int k : own.clusters[c].partition.ind) *wdot++ = own.wdot[system.model.clusters[c].v0 + k];
+  give_rates(system, own.wdot, wdot);
 }
 
 namespace {
