@@ -96,7 +96,7 @@ void add_simulation_words(Subcommand words, SimulationWords& values) {
       .option("--max-steps", values.max_steps,
               "limit of steps: a run that needs more ends with the reason, in place of the scene's; default 5e6")
       .range(1.0, 1e12);
-  words.flag("--no-error-estimate", values.no_estimate, "no error estimate: saves the second run at a larger tolerance");
+  words.flag("--no-error-estimate", values.no_estimate, "no error estimate: saves the second run, at another tolerance");
   words.flag("--no-effect-check", values.no_check, "no check of effects that are switched off: saves about a third of the CPU time");
   words.flag("--strict", values.strict, "warnings are errors: exit code 1, no files");
 }

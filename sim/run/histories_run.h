@@ -15,7 +15,7 @@ struct SimulateOptions {
   std::optional<double> tolerance;  // overrides the scene's
   std::optional<double> accuracy;   // overrides the scene's, and its tolerance: accuracy.h
   std::optional<Method> method;
-  bool estimate_error = true;  // runs the scene once more ten times looser and compares (less than half the run's cost)
+  bool estimate_error = true;  // runs the scene once more and compares: ten times tighter, or, where that costs much, ten times looser
   // Compares with what was left out, effect by effect, as far as about half the run's cost allows; what is worth more than the asked
   // accuracy (a hundredth where none is asked) becomes a warning. Needs estimate_error.
   bool check_effects = true;

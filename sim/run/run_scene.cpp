@@ -74,31 +74,54 @@ bool shifts_forces(const LeftOutWorth& w, double asked) { return w.possible && w
 // Estimates of what elements are worth (coarse_beams.h) are lower than the truth by no more than that, as a rule.
 constexpr double sure_of_coarse = 0.8;
 
-// A second, looser run: the error of time, what is of second order and left out, and what the models cannot show. True if the latter were
-// measured.
+// Bodies whose effects or models another run may have to judge.
+bool any_elastic(const Scene& scene) {
+  return std::any_of(scene.bodies.begin(), scene.bodies.end(), [](const BodyDef& b) { return !std::holds_alternative<RigidDef>(b.kind); });
+}
+
+// What runs beside a run say of its error of time.
+struct Beside {
+  std::optional<Histories> looser;
+  Difference difference;  // of the looser one
+};
+
+// Runs the scene once more, and says what the error of time is: ten times tighter where that costs little, ten times looser where it does
+// not and where what is left out is measured against such a run.
+Beside estimate_time(const Scene& scene, const SimulateOptions& options, const Alone& alone, const Histories& reference, Results& results) {
+  SimulateOptions other = options;
+  other.weight_shares = alone.shares;
+  other.progress = {};
+  other.tell = {};
+  other.samples = estimate_samples;
+  const std::optional<Histories> tighter = tighter_run(*alone.start, scene, other, results);
+  SolverStatistics& run = results.statistics;
+  Beside out;
+  if (!tighter || is_loose(run) || (options.check_effects && any_elastic(scene))) {
+    other.tolerance = std::min(10.0 * run.tolerance, 0.1);
+    try {
+      out.looser = simulate_histories_from(*alone.start, scene, other);
+    } catch (const SimulationError& error) {
+      if (!tighter)
+        run.notes.warn("", fmt::format("the error of the time integration is not estimated: the comparison run at a larger tolerance "
+                                       "failed ({})",
+                                       error.what()));
+    }
+  }
+  if (tighter) out.difference = estimate_by_tighter(*tighter, out.looser ? &*out.looser : nullptr, reference, run);
+  else if (out.looser) out.difference = estimate_time_error(*out.looser, reference, run);
+  return out;
+}
+
+// The error of time, what is of second order and left out, and what the models cannot show. True if the latter were measured.
 bool estimate(const Scene& scene, const SimulateOptions& options, Alone& alone, bool models, Results& results) {
-  SimulateOptions loose = options;
-  loose.weight_shares = alone.shares;
-  loose.tolerance = std::min(10.0 * results.statistics.tolerance, 0.1);
-  loose.progress = {};
-  loose.tell = {};
-  loose.samples = estimate_samples;
   Histories reference = to_histories(results);
   reference.scales = alone.scales;
-  Histories base;
-  try {
-    base = simulate_histories_from(*alone.start, scene, loose);
-  } catch (const SimulationError& error) {
-    results.statistics.notes.warn(
-        "", fmt::format("the error of the time integration is not estimated: the comparison run at a larger tolerance failed ({})",
-                        error.what()));
-    return false;
-  }
-  const Difference difference = estimate_time_error(base, reference, results.statistics);
-  if (!options.check_effects) return false;
+  const Beside beside = estimate_time(scene, options, alone, reference, results);
+  if (!beside.looser || !options.check_effects) return false;
+  const Histories& base = *beside.looser;
   NeglectOptions check;
-  check.tolerance = *loose.tolerance;
-  check.floor = difference.largest;
+  check.tolerance = base.statistics.tolerance;
+  check.floor = beside.difference.largest;
   check.method = options.method;
   check.run = &reference;
   check.run_tolerance = results.statistics.tolerance;
@@ -119,7 +142,7 @@ bool estimate(const Scene& scene, const SimulateOptions& options, Alone& alone, 
     warn_of_few_modes(scene, options, reference, check.deflection, unasked_accuracy, results.statistics);
   const bool forces = std::any_of(alone.to_measure.begin(), alone.to_measure.end(),
                                   [](const LeftOutWorth& w) { return shifts_forces(w, unasked_accuracy); });
-  if (difference.column >= 0 || forces) {
+  if (beside.difference.column >= 0 || forces) {
     // What shifts events is not known without its run.
     const bool shifting = std::any_of(alone.to_measure.begin(), alone.to_measure.end(), is_deformation);
     check.budget = std::max(check_price * results.statistics.cpu_seconds, shifting ? 2.0 * least_check : least_check);
@@ -276,23 +299,19 @@ Results simulate_as_called(const SimulateOptions& options, Called& called) {
 }
 
 // A run for which nobody chose a tolerance and whose estimated error is too large is made again with the tolerance that the warning
-// advises, as long as that costs little: a decade takes two to three times the steps, with the methods of low order. Cost is counted in
-// evaluations times what one of them takes by the number of coordinates, about a microsecond each: CPU time would make the results depend
-// on how busy the machine is. What turns out to need twice the steps is given up.
-constexpr double cheap_repetition = 2e6, price_of_decade = 2.5;
+// advises, as long as that costs little (price_at). What turns out to need twice the steps is given up.
+constexpr double cheap_repetition = 2e6;
 constexpr int most_repetitions = 2;
-
-double growth(const SolverStatistics& run, double tolerance) { return std::pow(price_of_decade, std::log10(run.tolerance / tolerance)); }
 
 bool chosen_tolerance(const Scene& scene, const SimulateOptions& options) { return scene.simulation.tolerance || options.tolerance; }
 
 std::optional<double> better_tolerance(const Scene& scene, const SimulateOptions& options, const Results& results) {
   const SolverStatistics& run = results.statistics;
-  if (chosen_tolerance(scene, options) || !options.estimate_error || !(run.error_estimate > unasked_accuracy)) return {};
+  // The other half is for what the model leaves out. From a looser run twice the error is told as a rule.
+  const double enough = is_looked_at_tighter(results) ? 0.5 * unasked_accuracy : unasked_accuracy;
+  if (chosen_tolerance(scene, options) || !options.estimate_error || !(run.error_estimate > enough)) return {};
   const double tolerance = advised_tolerance(run.tolerance, run.error_estimate);
-  double evaluation = 3.0;
-  for (const ResultBody& body : results.bodies) evaluation += 1.0 + static_cast<double>(body.q.cols());
-  const double price = evaluation * static_cast<double>(run.evaluations) * growth(run, tolerance);
+  const double price = price_at(results, tolerance);
   return price <= cheap_repetition ? std::optional(tolerance) : std::nullopt;
 }
 
@@ -312,7 +331,7 @@ std::optional<Results> repeated(const Results& first, const SimulateOptions& opt
   const auto method = std::find(method_words().begin(), method_words().end(), before.method);
   if (method != method_words().end() && before.method != method_name(Method::bdf))
     tight.method = static_cast<Method>(method - method_words().begin());
-  const double steps = 2.0 * growth(before, tolerance) * static_cast<double>(before.steps) + 1000.0;
+  const double steps = 2.0 * growth_of_steps(before.tolerance, tolerance) * static_cast<double>(before.steps) + 1000.0;
   tight.max_steps = std::min(steps, steps_allowed(called.scene, options));
   try {
     Results again = simulate_as_called(tight, called);
@@ -326,18 +345,18 @@ std::optional<Results> repeated(const Results& first, const SimulateOptions& opt
 // What elastic bodies do in so few implicit steps is looked at once more, with steps for a tenth of the tolerance: it costs milliseconds,
 // and an estimate from a looser run, which takes fewer still, is worth little. Where that tells far more than the estimate, the tighter run
 // takes the place of one whose tolerance nobody chose; else its difference is the estimate. At a loose tolerance that is so of every method
-// and body: steps are then as long as drives and samples let them be, in both runs alike.
-constexpr long few_steps = 100, few_loose_steps = 1000;
-constexpr double loose_tolerance = 1e-4;
+// and body: steps are then as long as drives and samples let them be, in both runs alike. (Where the estimate comes from a tighter run
+// there is nothing more to see.)
+constexpr long few_steps = 100;
 constexpr double estimates_hold_to = 5.0;  // tests/trust/estimates.py
 
 void check_few_steps(const Scene& scene, const SimulateOptions& once, Results& results, Called& called) {
   SolverStatistics& run = results.statistics;
   const bool elastic = std::any_of(results.bodies.begin(), results.bodies.end(), [](const ResultBody& b) { return b.q.cols() > 0; });
   const bool implicit = elastic && run.method == method_name(Method::dirk) && run.steps <= few_steps;
-  const bool loose = run.tolerance >= loose_tolerance && run.steps <= few_loose_steps;
   const auto method = std::find(method_words().begin(), method_words().end(), run.method);
-  if (!(run.error_estimate >= 0.0) || !(implicit || loose) || method == method_words().end()) return;
+  if (!(run.error_estimate >= 0.0) || !(implicit || is_loose(run)) || method == method_words().end() || is_looked_at_tighter(results))
+    return;
   SimulateOptions tight = once;
   tight.tolerance = std::max(1e-12, 0.1 * run.tolerance);
   tight.method = static_cast<Method>(method - method_words().begin());

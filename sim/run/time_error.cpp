@@ -1,7 +1,7 @@
 #include "sim/run/time_error.h"
 
-#include "sim/run/histories_run.h"
 #include "sim/run/run_scene.h"
+#include "sim/run/second_run.h"
 
 #include <fmt/format.h>
 
@@ -22,7 +22,70 @@ double share_of_difference(const std::string& unit, const std::string& method) {
   return of_forces(unit) ? 0.5 : error_of_difference;
 }
 
+// What the outputs' errors are: the largest into `out`, warned of where it is above unasked_accuracy.
+void tell_errors(const VecX& errors, const Histories& run, SolverStatistics& out) {
+  std::set<std::string> named;
+  std::vector<std::string> large;
+  double worst = -1.0;
+  for (Eigen::Index k = 0; k < errors.size(); ++k) {
+    if (errors[k] < 0.0) continue;
+    const std::string& column = run.columns[static_cast<size_t>(k)];
+    if (errors[k] > worst) worst = out.error_estimate = errors[k], out.error_column = column;
+    if (errors[k] > unasked_accuracy && named.insert(column.substr(0, column.rfind('.')) + run.units[static_cast<size_t>(k)]).second)
+      large.push_back(fmt::format("{:.2g} of the range of {}", errors[k], column));
+  }
+  if (large.empty()) return;
+  const size_t shown = std::min<size_t>(large.size(), 3);
+  const std::string more = large.size() > shown ? fmt::format(" and {} more outputs", large.size() - shown) : "";
+  out.notes.warn("", fmt::format("the estimated error of the time integration is {}{}: take tolerance = {:.0e}",
+                                 fmt::join(large.begin(), large.begin() + static_cast<long>(shown), ", "), more,
+                                 advised_tolerance(out.tolerance, worst)));
+}
+
+// A tighter run is made where it is known to take less than about so many microseconds.
+constexpr double cheap_look = 1e6;
+// What is tighter still is rounding.
+constexpr double tightest = 1e-12;
+
 }  // namespace
+
+double growth_of_steps(double from, double to) {
+  constexpr double of_a_decade = 2.5;
+  return std::pow(of_a_decade, std::log10(from / to));
+}
+
+double price_at(const Results& run, double tolerance) {
+  double evaluation = 3.0;
+  for (const ResultBody& body : run.bodies) evaluation += 1.0 + static_cast<double>(body.q.cols());
+  return evaluation * static_cast<double>(run.statistics.evaluations) * growth_of_steps(run.statistics.tolerance, tolerance);
+}
+
+bool is_loose(const SolverStatistics& run) {
+  constexpr double loose_tolerance = 1e-4;
+  constexpr long few_steps = 1000;
+  return run.tolerance >= loose_tolerance && run.steps <= few_steps;
+}
+
+bool is_looked_at_tighter(const Results& run) {
+  const SolverStatistics& s = run.statistics;
+  return 0.1 * s.tolerance >= tightest && std::find(method_words().begin(), method_words().end(), s.method) != method_words().end() &&
+         price_at(run, 0.1 * s.tolerance) <= cheap_look;
+}
+
+std::optional<Histories> tighter_run(const System& start, const Scene& scene, const SimulateOptions& options, const Results& run) {
+  if (!is_looked_at_tighter(run)) return {};
+  const SolverStatistics& s = run.statistics;
+  SimulateOptions tight = options;
+  tight.tolerance = 0.1 * s.tolerance;
+  tight.method = static_cast<Method>(std::find(method_words().begin(), method_words().end(), s.method) - method_words().begin());
+  // What turns out to need many times the steps is given up.
+  tight.max_steps = std::min(6.0 * static_cast<double>(s.steps) + 1000.0, steps_allowed(scene, options));
+  try {
+    return simulate_histories_from(start, scene, tight);
+  } catch (const SimulationError&) {
+    return {};
+  }
+}
 
 double advised_tolerance(double tolerance, double error) {
   // Errors fall with the 0.6th power of the tolerance (error_of_difference).
@@ -30,33 +93,38 @@ double advised_tolerance(double tolerance, double error) {
   return std::max(1e-12, tolerance * std::pow(10.0, -decades));
 }
 
+namespace {
+
+// Estimated errors of the columns from the difference to a looser run; -1: does not move.
+VecX errors_by_looser(const Difference& difference, const VecX& ranges, const Histories& run, const SolverStatistics& s) {
+  VecX errors = VecX::Constant(ranges.size(), -1.0);
+  for (Eigen::Index k = 0; k < ranges.size(); ++k) {
+    if (ranges[k] <= 0.0) continue;
+    errors[k] = share_of_difference(run.units[static_cast<size_t>(k)], s.method) * difference.columns[k];
+    // What an event's place is wrong by two runs may share: a run with events is not told to be better than its tolerance.
+    if (s.events > 0 && errors[k] > 0.0) errors[k] = std::max(errors[k], 0.8 * s.tolerance);
+  }
+  return errors;
+}
+
+}  // namespace
+
 Difference estimate_time_error(const Histories& looser, const Histories& run, SolverStatistics& out) {
   const VecX ranges = output_ranges(run);
   Difference difference = compare_histories(looser, run, ranges);
-  if (difference.column < 0) return difference;
-  std::set<std::string> named;
-  std::vector<std::string> large;
-  double worst = -1.0;
-  for (Eigen::Index k = 0; k < ranges.size(); ++k) {
-    if (ranges[k] <= 0.0) continue;
-    const size_t at = k;
-    double error = share_of_difference(run.units[at], out.method) * difference.columns[k];
-    // What an event's place is wrong by two runs may share: a run with events is not told to be better than its tolerance.
-    if (out.events > 0 && error > 0.0) error = std::max(error, 0.8 * out.tolerance);
-    if (error > worst) {
-      worst = out.error_estimate = error;
-      out.error_column = run.columns[at];
-    }
-    const std::string& column = run.columns[at];
-    if (error > unasked_accuracy && named.insert(column.substr(0, column.rfind('.')) + run.units[at]).second)
-      large.push_back(fmt::format("{:.2g} of the range of {}", error, column));
+  tell_errors(errors_by_looser(difference, ranges, run, out), run, out);
+  return difference;
+}
+
+Difference estimate_by_tighter(const Histories& tighter, const Histories* looser, const Histories& run, SolverStatistics& out) {
+  const VecX ranges = output_ranges(run);
+  VecX errors = (ranges.array() > 0.0).select(compare_histories(tighter, run, ranges).columns, -1.0);
+  Difference difference;
+  if (looser) {
+    difference = compare_histories(*looser, run, ranges);
+    if (is_loose(out)) errors = errors.cwiseMax(errors_by_looser(difference, ranges, run, out));
   }
-  if (large.empty()) return difference;
-  const size_t shown = std::min<size_t>(large.size(), 3);
-  const std::string more = large.size() > shown ? fmt::format(" and {} more outputs", large.size() - shown) : "";
-  out.notes.warn("", fmt::format("the estimated error of the time integration is {}{}: take tolerance = {:.0e}",
-                                 fmt::join(large.begin(), large.begin() + static_cast<long>(shown), ", "), more,
-                                 advised_tolerance(out.tolerance, worst)));
+  tell_errors(errors, run, out);
   return difference;
 }
 

@@ -1,12 +1,37 @@
-// The estimated error of a run's time integration, from a run ten times looser.
+// The estimated error of a run's time integration: from a run ten times tighter where that costs little, else from one ten times looser.
 #pragma once
 
 #include "sim/results/histories.h"
+#include "sim/run/histories_run.h"
+#include "sim/time/system.h"
+
+#include <optional>
 
 namespace flexframe::sim {
 
 // What the warning advises: how much tighter a run has to be for unasked_accuracy, in whole decades.
 double advised_tolerance(double tolerance, double error);
+
+// How many times the steps a run at another tolerance takes, with the methods of low order; those of the others grow less.
+double growth_of_steps(double from, double to);
+
+// What a run like this one costs at another tolerance, in evaluations times what one of them takes by the number of coordinates: about
+// microseconds. CPU time would make results depend on how busy the machine is.
+double price_at(const Results& run, double tolerance);
+
+// Whether a run ten times tighter costs no more than about a CPU second and is no rounding.
+bool is_looked_at_tighter(const Results& run);
+
+// The outputs of that run, by the method that `run` ended with; none where it is not looked at, takes far more steps than expected, or
+// fails. start, scene: as for simulate_histories_from, which they go to with the options.
+std::optional<Histories> tighter_run(const System& start, const Scene& scene, const SimulateOptions& options, const Results& run);
+
+// At a loose tolerance steps are as long as drives and samples let them be, at a tenth of it as well: two such runs may agree by chance.
+bool is_loose(const SolverStatistics& run);
+
+// As estimate_time_error, from a run ten times tighter: it is so much better that the difference is the error. looser: one ten times
+// looser, or null; returns the difference to it, and where the run is loose its estimate counts if it is the larger one.
+Difference estimate_by_tighter(const Histories& tighter, const Histories* looser, const Histories& run, SolverStatistics& out);
 
 // Compares a run with one whose tolerance is ten times as large: fills error_estimate and error_column of the output that is furthest off,
 // and warns of outputs whose estimated error is above unasked_accuracy (run_scene.h) of their range. Returns the difference that it comes

@@ -3,8 +3,8 @@
 Scenes of run_trust.py that ask for no accuracy, as a user would run them. Time integration: what the run tells against how far it is from
 the same scene at a tolerance a thousand times tighter (a hundred where that is beyond what can be had). Total (with effects, elements,
 modes): against the truth, whose errors are taken from the rows of run_trust.py where --rows names them. Kept: the true error lies between
-a fifth and five times the estimate. Exit 1 if an estimate is too small by more than that and the true error is above 1e-5.
-A run whose true and estimated errors are both below 1e-6 of the ranges counts as kept: rounding, and nobody asks for more.
+a fifth and five times the estimate. Exit 1 if an estimate is too small by more than that and the true error is above 1e-6.
+A run whose true and estimated errors are both below 1e-12 of the ranges counts as kept: rounding, of which no estimate can be right.
 
   --short         one scene of each of twenty kinds that cost little: what continuous integration runs
   --rows FILE     rows of run_trust.py (not changed)
@@ -22,8 +22,8 @@ import numpy as np
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 from run_trust import KINDS, Program, make, title  # noqa: E402
 
-FACTOR, NOTHING = 5.0, 1e-6
-WRONG = 1e-5  # a true error above that has to be told
+FACTOR, NOTHING = 5.0, 1e-12
+WRONG = 1e-6  # a true error above that has to be told
 SHORT = """decay pendulum double_pendulum tumbling bounce rubbing_block slider_crank crank_rocker belt dropped_ball landing_box brushing
 forces_of_joints rubbing_loop bead maxwell scotch_yoke governor modal_q offset_tip""".split()
 

@@ -12,7 +12,7 @@ namespace {
 
 // Shaken at its tip: vibrations of several frequencies.
 Results shaken(const std::string& more, const SimulateOptions& options = {}) {
-  return run_cantilever("duration = 0.5\n" + more, "", "10*sin(40*t)", options);
+  return run_cantilever("duration = 1\n" + more, "", "10*sin(40*t)", options);
 }
 
 }  // namespace
