@@ -1,6 +1,6 @@
 """What is asked, told, true and paid:  asked_everywhere.py FLEXFRAME EXAMPLES [--count N] [--seed S] [--only NAME ...] [--rows FILE]
 
-All scenes of examples/ and N random scenes of run_trust.py, asked for 0.5 px, 2 px, 1e-2 and 1e-3. Each is compared with a run of the
+All scenes of examples/ and N random scenes of run_trust.py, asked for 0.5 px, 2 px, 1e-2 and 1e-3 (or --asked). Each is compared with a run of the
 richest model (all effects that the scene leaves to the program, many elements or modes, more volumes where it bends far) at a tight
 tolerance: pictures by all vertices at the scene's cameras and exaggeration (`flexframe compare`), outputs relative to their ranges. A
 second truth by another method and resolution says how well the first is known. Price: CPU time of the whole process that was asked, over
@@ -10,6 +10,9 @@ it too. Exit 1 where a distance or share is missed and nothing is said.
   --no-examples     random scenes only
   --only NAME       scenes and kinds by name, * and ? as in a shell
   --short           twenty scenes that cost little, 0.5 px and 1e-3, no prices: what continuous integration runs
+  --asked A,B       what is asked: "1e-1,1e-2,1e-3" or with pixels, "0.5 px"
+  --elastic         random scenes of kinds that have a flexible body only
+  --prices FILE     a table of prices for the page, between the markers 'prices' and 'end prices'
   --no-prices       no hand settings are run, which is most of the time
   --rows FILE       results go there line by line; what is there is not run again
   --limit S         CPU seconds that an asked run may take (60); --truth-limit S a truth (60), --hand-limit S a hand run (10)
@@ -270,7 +273,8 @@ def rows_of(bench, case, args, asked):
             row["verdict"] = "warned" if row["said"] else "open" if unsure > 0.5 * error else "SILENT"
         row["truth"] = made[0]
     if made and not args.short and not args.no_prices:
-        best = hand_grid(bench, case, [r["asked"] for r in rows if "true" in r], limit, args.hand_limit)
+        longest = min(args.hand_limit, 1.0 + max(r["cpu"] for r in rows))  # a dearer one is no answer to what asking costs
+        best = hand_grid(bench, case, [r["asked"] for r in rows if "true" in r], limit, longest)
         for row in rows:
             if row["asked"] in best:
                 row["hand"], row["by"] = best[row["asked"]]
@@ -298,14 +302,35 @@ def cell(row):
     return f"{row['told']:.1e} / {row['true']:.1e}{price}{mark}"
 
 
+def questions(rows):
+    """What was asked, in the order of ASKED and then as it came."""
+    there = dict.fromkeys(r["asked"] for r in rows)
+    return [a for a in ASKED if a in there] + [a for a in there if a not in ASKED]
+
+
+def price_lines(rows):
+    """What asking costs over the cheapest setting by hand that keeps the same: over all scenes, and the worst three of each question."""
+    lines = ["| asked | scenes | kept | warned | open, no truth | refused, slow | silent | with a price | median | ninth decile | worst |",
+             "|---" * 11 + "|"]  # fmt: skip
+    for a in questions(rows):
+        mine = [r for r in rows if r["asked"] == a]
+        n = collections.Counter(r["verdict"] for r in mine)
+        dear = sorted((r for r in mine if r.get("hand") and r["verdict"] == "kept"), key=lambda r: -r["cpu"] / r["hand"])
+        of = [r["cpu"] / r["hand"] for r in dear]
+        worst = ", ".join(f"{r['scene'].split('/')[-1]} {r['cpu'] / r['hand']:.1f} ({r['cpu']:.2g} s)" for r in dear[:3])
+        lines.append(
+            f"| {a} | {len(mine)} | {n['kept']} | {n['warned']} | {n['open'] + n['no truth']} | {n['refused'] + n['slow'] + n['broken']} | "
+            f"{n['SILENT']} | {len(of)} | " + " | ".join(f"{np.percentile(of, q):.1f}" if of else "-" for q in (50, 90)) + f" | {worst} |"
+        )
+    return lines
+
+
 def summary_lines(rows):
     """A line for each question: verdicts, estimates, prices."""
     lines = ["| asked | scenes | kept | warned | open, no truth | refused, slow | silent | estimate within five | too large | too small | "
              "price, median | price, ninth decile |", "|---" * 12 + "|"]  # fmt: skip
-    for a in ASKED:
+    for a in questions(rows):
         mine = [r for r in rows if r["asked"] == a]
-        if not mine:
-            continue
         n = collections.Counter(r["verdict"] for r in mine)
         e = collections.Counter(estimate(r) for r in mine)
         prices = [r["cpu"] / r["hand"] for r in mine if r.get("hand")]
@@ -319,12 +344,12 @@ def summary_lines(rows):
 
 def tables(rows):
     """The sums, then a row for every example and one for every kind of random scene."""
-    lines = summary_lines(rows)
+    lines, asked = summary_lines(rows), questions(rows)
     scenes = collections.defaultdict(dict)
     for r in rows:
         scenes[(r["kind"], r["scene"])][r["asked"]] = r
-    lines += ["", "Told / true, price:", "", "| example | " + " | ".join(ASKED) + " |", "|---" * (1 + len(ASKED)) + "|"]
-    lines += [f"| {name} | " + " | ".join(cell(of.get(a)) for a in ASKED) + " |" for (kind, name), of in scenes.items() if not kind]
+    lines += ["", "Told / true, price:", "", "| example | " + " | ".join(asked) + " |", "|---" * (1 + len(asked)) + "|"]
+    lines += [f"| {name} | " + " | ".join(cell(of.get(a)) for a in asked) + " |" for (kind, name), of in scenes.items() if not kind]
     heads = ["kind of scene", "questions", "kept", "warned", "silent", "else", "estimates within five", "of", "price, median"]
     lines += ["", "| " + " | ".join(heads) + " |", "|---" * len(heads) + "|"]
     for kind in KINDS:
@@ -343,6 +368,11 @@ def tables(rows):
     return lines
 
 
+def is_elastic(kind, seed):
+    scene = make(kind, seed, 0)
+    return Case("", "", "", scene.text, scene.words).elastic()
+
+
 def cases(args, folder):
     """Examples, then random scenes."""
     known = {}
@@ -352,8 +382,11 @@ def cases(args, folder):
             if name.split("/")[0] in ("library", "studies", "notebooks") or "[simulation]" not in path.read_text():
                 continue
             known[name] = lambda name=name, path=path: Case(name, "", path, path.read_text())
-    for i in range(len(KINDS) if args.short else args.count):
-        kind, number = KINDS[i % len(KINDS)], i // len(KINDS)
+    kinds = [k for k in KINDS if not args.elastic or is_elastic(k, args.seed)]
+    count = len(kinds) if args.short else args.count
+    for i in range(count):
+        # Fewer scenes than kinds: spread over all of them.
+        kind, number = kinds[i * len(kinds) // count if count < len(kinds) else i % len(kinds)], i // len(kinds)
 
         def random_case(kind=kind, number=number):
             scene = make(kind, args.seed, number)
@@ -373,6 +406,9 @@ def main():
     parser.add_argument("--count", type=int, default=200)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", action="append", default=[])
+    parser.add_argument("--asked", type=lambda words: [a.strip() for a in words.split(",")])
+    parser.add_argument("--elastic", action="store_true")
+    parser.add_argument("--prices", type=pathlib.Path)
     parser.add_argument("--no-examples", action="store_true")
     parser.add_argument("--short", action="store_true")
     parser.add_argument("--no-prices", action="store_true")
@@ -384,7 +420,7 @@ def main():
     args = parser.parse_args()
     rows = [json.loads(x) for x in args.rows.read_text().splitlines()] if args.rows and args.rows.exists() else []
     done = {r["scene"] for r in rows}
-    asked = ["0.5 px", "1e-3"] if args.short else ASKED
+    asked = args.asked or (["0.5 px", "1e-3"] if args.short else ASKED)
     with tempfile.TemporaryDirectory(prefix="flexframe_everywhere_") as folder:
         bench = Bench(args.program, folder)
         for name, case_of in cases(args, folder).items():
@@ -401,11 +437,13 @@ def main():
                     f"{row['cpu']:.2f} CPU s{', by hand ' + format(row['hand'], '.3f') + ': ' + row['by'] if row.get('hand') else ''}",
                     flush=True,
                 )
-    print("\n".join(summary_lines(rows)))
-    if args.table:
-        page = args.table.read_text()
-        begin, end = "<!-- everywhere -->\n", "<!-- end everywhere -->"
-        args.table.write_text(page[: page.index(begin) + len(begin)] + "\n".join(tables(rows)) + "\n" + page[page.index(end) :])
+    print("\n".join(summary_lines(rows) + [""] + price_lines(rows)))
+    for file, word, lines in ((args.table, "everywhere", tables), (args.prices, "prices", price_lines)):
+        if not file:
+            continue
+        page = file.read_text()
+        begin, end = f"<!-- {word} -->\n", f"<!-- end {word} -->"
+        file.write_text(page[: page.index(begin) + len(begin)] + "\n".join(lines(rows)) + "\n" + page[page.index(end) :])
     bad = [r for r in rows if r["verdict"] in ("SILENT", "broken")]
     sys.exit(1 if bad else 0)
 
