@@ -364,7 +364,9 @@ Results simulate_to_accuracy(const Scene& as_given, double accuracy, const Simul
       if (std::optional<Results> again = run_again(*kept, *memory, options)) return std::move(*again);
   const double start = cpu_seconds();
   const auto task_for = [&](const Scene& of) {
-    return Task{accuracy, &options, Search(of, options), {}, {}, {}, 0.0, 1.0, {}, {}, {}, {}, std::make_shared<std::optional<Finished>>()};
+    Task t{accuracy, &options, Search(of, options), {}, {}, {}, 0.0, 1.0, {}, {}, {}, {}, std::make_shared<std::optional<Finished>>()};
+    t.search.accuracy = accuracy;
+    return t;
   };
   std::optional<StraightRun> left;
   {

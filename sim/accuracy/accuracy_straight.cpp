@@ -55,8 +55,10 @@ class Straight {
   bool follows_as_called(const Scene& scene);
   bool judge_space();
   bool decided(const LeftOutWorth& w) const;
-  bool judge_deformations();
-  bool judge_effects();
+  bool chosen_by_scene(const LeftOutWorth& w) const;
+  bool judge_deformations(bool following);
+  bool judge_effects(bool following = false);
+  void report_chosen(Finished& f) const;
   std::optional<Finished> finish_as_written();
   std::optional<Finished> follow_vibrations(double within);
   std::optional<Finished> followed(double within) const;
@@ -64,7 +66,7 @@ class Straight {
   double price_of_volumes(const Finished& f) const;
   double energy_share() const;
   VecX sizes_of(const Histories& h) const;
-  std::optional<Histories> loose_run(const Scene& scene, double tolerance);
+  std::optional<Histories> loose_run(const Scene& scene, double tolerance, const System* start = nullptr);
   Verdict judge_time(const Scene& scene);
   MatX constant_effects(const Histories& like) const;
 
@@ -87,7 +89,7 @@ bool Straight::run_pilot(const Scene& scene, bool again) {
   SimulateOptions o = *t_.options;
   o.tolerance = tolerance_;
   o.accuracy.reset();
-  o.estimate_error = false;
+  o.estimate_error = true;  // keeps the start for the looser run
   const double start = cpu_seconds();
   o.progress = [this, start](double time) {
     if (cpu_seconds() > until_) throw SearchSpent{};
@@ -107,11 +109,11 @@ bool Straight::run_pilot(const Scene& scene, bool again) {
   return true;
 }
 
-std::optional<Histories> Straight::loose_run(const Scene& scene, double tolerance) {
+std::optional<Histories> Straight::loose_run(const Scene& scene, double tolerance, const System* start) {
   Scene loose = scene;
   loose.simulation.tolerance = tolerance;
   const double run = run_.results.statistics.cpu_seconds;
-  return t_.search.run_within(loose, std::max(0.5, (run > dear_run ? cheaper_if_looser : dearer_if_looser) * run));
+  return t_.search.run_within(loose, std::max(0.5, (run > dear_run ? cheaper_if_looser : dearer_if_looser) * run), start);
 }
 
 // What vibrations that the method damped instead of following them would move the outputs by, relative to their ranges. Two runs that step
@@ -147,7 +149,7 @@ double Straight::energy_share() const {
 // slowly, all of it where there are only two.
 Straight::Verdict Straight::judge_time(const Scene& scene) {
   if (!has_looser_) {
-    std::optional<Histories> loose = loose_run(scene, 10.0 * tolerance_);
+    std::optional<Histories> loose = loose_run(scene, 10.0 * tolerance_, run_.start ? &*run_.start : nullptr);
     step_ = 0.1;
     // Few modes do in the time of one such run what it takes several of them to find.
     if (!loose && run_.results.statistics.cpu_seconds > dear_run && t_.search.has_levels()) return Verdict::lost;
@@ -168,7 +170,7 @@ Straight::Verdict Straight::judge_time(const Scene& scene) {
   const double needed = std::max(largest(time_) / (share_of_time * t_.accuracy), lost / t_.accuracy);
   if (needed <= 1.0) return Verdict::kept;
   step_ = std::clamp(std::pow(needed, -1.0 / cautious_order), 1e-2, 0.1);
-  const bool vibrates = t_.search.rings && t_.search.has_levels() && !follows_vibrations(t_.options->method);
+  const bool vibrates = t_.search.rings && t_.search.elastic && !follows_vibrations(t_.options->method);
   if (vibrates && needed > 30.0) return Verdict::follow;
   if (vibrates && lost > mostly_lost && !t_.search.touches) return Verdict::rather_follow;
   return needed > 1000.0 ? Verdict::lost : Verdict::tighter;
@@ -218,11 +220,15 @@ bool Straight::judge_space() {
   return false;
 }
 
-// Deformations that are off, by what the motion says of them.
-bool Straight::judge_deformations() {
+// Worth more than may be left out, and off because the scene lists its effects: a search would not have it either.
+bool Straight::chosen_by_scene(const LeftOutWorth& w) const { return w.share > 0.5 * t_.accuracy && !decided(w); }
+
+// Deformations that are off, by what the motion says of them. following: what the scene's own list leaves out is told at the end.
+bool Straight::judge_deformations(bool following) {
   effects_ = 0.0;
   for (const LeftOutWorth& w : run_.left_out) {
     if (t_.search.touches && w.possible && w.share > may_shift_events) return false;
+    if (following && chosen_by_scene(w)) continue;
     if (w.share > 0.5 * t_.accuracy) return false;
     if (decided(w)) effects_ += w.share;
   }
@@ -240,8 +246,8 @@ bool Straight::decided(const LeftOutWorth& w) const {
 }
 
 // What the motion says of the effects that are off; those that a pair of runs tells better by one where they may decide.
-bool Straight::judge_effects() {
-  if (!judge_deformations()) return false;
+bool Straight::judge_effects(bool following) {
+  if (!judge_deformations(following)) return false;
   NeglectOptions check;
   check.tolerance = 10.0 * tolerance_;
   check.method = t_.options->method;
@@ -351,6 +357,7 @@ std::optional<Finished> Straight::followed(double within) const {
   Task task = t_;
   task.straight = true;
   task.search.method = Method::exponential;
+  task.search.accuracy = t_.accuracy;
   const bool slow = std::any_of(fine_.units.begin(), fine_.units.end(), converges_slowly);
   // Of several bodies the stiffer ones get few modes or none, which nobody measures here.
   int bodies = 0;
@@ -359,7 +366,11 @@ std::optional<Finished> Straight::followed(double within) const {
   if (slow) task.search.stiff_at_first *= 2;
   // Where rates decay too, steps cost what the fastest vibration asks for, whatever the tolerance.
   const double tolerance = t_.search.undamped ? 3e-4 * t_.accuracy : std::min(3e-4 * t_.accuracy, 1e-5 * std::sqrt(t_.accuracy));
-  task.setting = {Search::level_for_modes(modes), std::clamp(tolerance, 1e-10, 1e-4)};
+  // Down to this the exponential method's steps cost little more (slider-crank, 1e-4 to 3e-7: 0.11 to 0.19 CPU s), and errors of time do
+  // not hide what modes lack.
+  constexpr double nearly_free = 3e-7;
+  const double clear = std::min(tolerance, std::max(nearly_free, 3e-5 * t_.accuracy));
+  task.setting = {Search::level_for_modes(modes), std::clamp(clear, 1e-10, 1e-4)};
   task.coarse = task.loose = looser_;
   task.rigid = MatX::Zero(looser_.values.rows(), looser_.values.cols());
   task.left_out = constant_effects(looser_);
@@ -396,7 +407,7 @@ std::optional<Finished> Straight::follow_vibrations(double within) {
   // is along the run that followed them.
   t_.search.adopt(f->judged->effects);
   run_ = *f->judged;
-  if (!judge_deformations()) return std::nullopt;
+  if (!judge_deformations(true)) return std::nullopt;
   const bool checked = check(*f);
   // More modes would not do in the time of a search, which would go the same way again; volumes are another way, where they can.
   if (f->error > t_.accuracy && bending_.share > 0.5 * f->error) {
@@ -409,7 +420,29 @@ std::optional<Finished> Straight::follow_vibrations(double within) {
   }
   if (f->error > t_.accuracy) return f;
   if (!checked || std::hypot(f->error, effects_) > t_.accuracy) return std::nullopt;
+  if (std::any_of(run_.left_out.begin(), run_.left_out.end(), [&](const LeftOutWorth& w) { return chosen_by_scene(w); })) report_chosen(*f);
   return f;
+}
+
+// What the scene's own list of effects leaves out, as a search would tell it of the run that it ends with.
+void Straight::report_chosen(Finished& f) const {
+  SolverStatistics& s = f.results.statistics;
+  const Histories whole = to_histories(f.results);
+  NeglectOptions check;
+  check.tolerance = f.loose_tolerance;
+  check.floor = std::max(f.time, apart(f.looser, whole));
+  check.budget = std::max(check_price * s.cpu_seconds, least_check);
+  check.method = f.method;
+  check.run = &whole;
+  check.run_tolerance = f.setting.tolerance;
+  check.run_error = f.time;
+  check.deformations = true;
+  std::vector<LeftOutWorth> chosen;
+  for (const LeftOutWorth& w : run_.left_out)
+    if (chosen_by_scene(w)) chosen.push_back(w);
+  check.told = &chosen;
+  report_neglected(f.scene, run_.effects, f.looser, check, t_.accuracy, s);
+  report_left_out(f.scene, chosen, t_.accuracy, s);  // those that it could not measure
 }
 
 // Whether the first run tells enough although its motion calls for more effects: its vibrations have to be followed, which is another run,
@@ -438,7 +471,7 @@ std::optional<Finished> Straight::go(const Scene& as_given) {
     const double last = tolerance_;
     bool ran = run_pilot(scene, k > 0);
     if (ran && run_.called) {
-      if (follows_as_called(scene)) return judge_effects() ? follow_vibrations(unlimited) : std::nullopt;
+      if (follows_as_called(scene)) return judge_effects(true) ? follow_vibrations(unlimited) : std::nullopt;
       ran = run_pilot(run_.scene);
     }
     if (!ran) {
@@ -459,7 +492,7 @@ std::optional<Finished> Straight::go(const Scene& as_given) {
       return judge_effects() && judge_space() ? finish_as_written() : std::nullopt;
     }
     if (verdict == Verdict::follow) {
-      if (!judge_effects()) return std::nullopt;
+      if (!judge_effects(true)) return std::nullopt;
       return follow_vibrations(unlimited);
     }
     if (verdict == Verdict::lost) return std::nullopt;
@@ -469,7 +502,7 @@ std::optional<Finished> Straight::go(const Scene& as_given) {
       const double begun = cpu_seconds();
       const JudgedRun stepped = run_;
       const Search search = t_.search;
-      if (judge_effects())
+      if (judge_effects(true))
         if (std::optional<Finished> f = follow_vibrations(std::max(0.3, run_.results.statistics.cpu_seconds)); f && f->error <= t_.accuracy)
           return f;
       run_ = stepped;

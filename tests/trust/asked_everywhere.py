@@ -1,9 +1,9 @@
 """What is asked, told, true and paid:  asked_everywhere.py FLEXFRAME EXAMPLES [--count N] [--seed S] [--only NAME ...] [--rows FILE]
 
-All scenes of examples/ and N random scenes of run_trust.py, asked for 0.5 px, 2 px, 1e-2 and 1e-3 (or --asked). Each is compared with a run of the
-richest model (all effects that the scene leaves to the program, many elements or modes, more volumes where it bends far) at a tight
-tolerance: pictures by all vertices at the scene's cameras and exaggeration (`flexframe compare`), outputs relative to their ranges. A
-second truth by another method and resolution says how well the first is known. Price: CPU time of the whole process that was asked, over
+All scenes of examples/ and N random scenes of run_trust.py, asked for 0.5 px, 2 px, 1e-2 and 1e-3 (or --asked). Each is compared with a
+run of the richest model (all effects that the scene leaves to the program, many elements or modes, more volumes where it bends far) at a
+tight tolerance: pictures by all vertices at the scene's cameras and exaggeration (`flexframe compare`), outputs relative to their ranges.
+A second truth by another method and resolution says how well the first is known. Price: CPU time of the whole process that was asked, over
 that of the cheapest of a grid of hand settings (tolerance, method, kept modes, effects, samples; without estimates and checks) that keeps
 it too. Exit 1 where a distance or share is missed and nothing is said.
 
@@ -23,6 +23,7 @@ import collections
 import csv
 import fnmatch
 import json
+import math
 import pathlib
 import resource
 import signal
@@ -85,7 +86,7 @@ class Bench:
             capture_output=True,
             text=True,
             stdin=subprocess.DEVNULL,
-            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (int(limit), int(limit) + 5)),
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(limit), math.ceil(limit) + 5)),
         )
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         return done.returncode, done.stdout, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
