@@ -417,7 +417,13 @@ std::optional<Finished> finish_followed(Task& t, double limit) {
     f.here = f.run_here();
     for (int round = 0; f.here; ++round) {
       // While modes lack, time need not be better than they are.
-      if (!f.settle_time(std::max(0.35 * t.accuracy, 0.1 * lacking))) return std::nullopt;
+      if (!f.settle_time(std::max(0.35 * t.accuracy, 0.1 * lacking))) {
+        // Too dear: the one before, of which it is known how far it is off, is as near as this way comes.
+        if (!t.straight || !last.judged || last.error < 0.0) return std::nullopt;
+        take_whole(t, last.setting, last);
+        last.coarse = t.coarse;
+        return last;
+      }
       if (!t.straight) f.judge_space();
       else if (!f.only_time && !f.judge_all_at_once() && f.total(0.3 * f.time) > t.accuracy) {
         if (f.hopeless() || f.bends_too_far()) {
