@@ -391,7 +391,7 @@ std::vector<std::string> Search::rigid_at(const Setting& setting) const {
 }
 
 bool Search::decides(const EffectState& s) const {
-  if (!s.possible || s.by != "program" || s.effect == "shear") return false;
+  if (!s.possible || s.by != "program" || s.effect == "shear" || s.effect == "large_bending") return false;
   return std::any_of(scene_.bodies.begin(), scene_.bodies.end(), [&](const BodyDef& b) {
     const auto* beam = std::get_if<BeamDef>(&b.kind);
     return beam && b.name == s.owner && (beam->effects.automatic || beam->chosen.effects);

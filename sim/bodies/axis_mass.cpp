@@ -1,6 +1,7 @@
 #include "sim/bodies/axis_mass.h"
 
 #include "sim/base/spatial.h"
+#include "sim/bodies/rod_axis.h"
 
 namespace flexframe::sim {
 namespace {
@@ -215,6 +216,7 @@ void update_axis_velocity_terms(const FlexibleBody& body, const Vec6& V, const V
 }
 
 VecX elastic_inertia(const FlexibleBody& body, const BodyTerms& terms, const VecX& qdd) {
+  if (body.rod && terms.Mee.size() == 0) return rod_inertia(*body.rod, terms.rod.front(), qdd);
   if (!has_axis_mass(body) || terms.Mee.size() > 0) return elastic_mass(body, terms) * qdd;
   const VecX along = terms.axis.J.transpose() * qdd;
   VecX out = body.axis.Me * qdd;

@@ -33,9 +33,10 @@ struct BeamEffects {
   bool bending_xy = false;
   bool bending_xz = false;
   bool torsion = false;
-  bool stiffening = false;  // the second-order displacement field (Heckmann et al. 2006 eq. 8): geometric stiffness, foreshortening
-  bool shear = false;       // Timoshenko shear and rotary inertia, finite elements only
-  bool complete = false;    // kinetic energy of the axis's particles (axis_mass.h) also without torsion
+  bool stiffening = false;     // the second-order displacement field (Heckmann et al. 2006 eq. 8): geometric stiffness, foreshortening
+  bool shear = false;          // Timoshenko shear and rotary inertia, finite elements only
+  bool large_bending = false;  // followed to any turn (RodAxis): with stiffening, bending in one plane and no torsion
+  bool complete = false;       // kinetic energy of the axis's particles (axis_mass.h) also without torsion
 };
 
 // Finite elements: u and theta linear, v and w cubic, consistent mass; BeamDef::elements elements of equal length (at

@@ -121,7 +121,7 @@ struct FeBeam::Data {
 template <class AnyBasis>
 void FeBeam::Data::add_second_order(const AnyBasis& basis, FlexibleBody& body) const {
   beam::set_second_order(body, full, basis);
-  if (!effects.stiffening || body.n == 0) return;
+  if (!effects.stiffening || effects.large_bending || body.n == 0) return;
   const bool series = 3.0 * body.n * body.n * static_cast<double>(stations.size() - named) <= beam::kMaxSeriesNumbers;
   std::vector<std::size_t> order(stations.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
@@ -207,6 +207,7 @@ FeBeam::FeBeam(const BeamDef& def, const BeamEffects& effects) {
     node.phi = basis.times(node.phi);
     node.psi = basis.times(node.psi);
   }
+  beam::set_rod_axis(body, d.properties, effects, d.Z, {layout.elements, beam::rod_points, panel_rows, d.root});
 }
 
 FeBeam::~FeBeam() = default;

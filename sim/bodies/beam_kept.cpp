@@ -551,7 +551,12 @@ KeptBeam make_kept_beam(const BeamDef& def, const BeamEffects& effects, const st
   beam::set_axis_mass(body, p, effects, identity, {panels, beam::gauss_points, rows, root});
 
   add_nodes(beam, fields, body);
-  if (effects.stiffening && body.n > 0) set_second_order_of_nodes(beam, fields, root, body);
+  if (effects.stiffening && !effects.large_bending && body.n > 0) set_second_order_of_nodes(beam, fields, root, body);
+
+  // Few panels of many points: shapes of so few waves are smooth.
+  const int points = std::max(12, 2 * most), parts = (points + 23) / 24;
+  const auto smooth = [&](int panel, double xi) { return fields.row_at((panel + xi) * (p.length / parts)); };
+  beam::set_rod_axis(body, p, effects, identity, {parts, (points + parts - 1) / parts, smooth, root});
 
   out.coordinates = beam::seen_from(layout, def.boundary, full);
   // The damping of the boundary's modes as the coordinates kept make them. The whole beam's, projected, would hold back the kept

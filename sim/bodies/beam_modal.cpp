@@ -300,7 +300,7 @@ FlexibleBody modal_body(const BeamDef& def, const BeamEffects& effects, const Pr
     FlexibleNode& node = body.nodes[i] = beam::make_node(stations[i].name, x, rows_at(modes, x, L));
     node.phi = Mat3X(node.phi * Z);
     node.psi = Mat3X(node.psi * Z);
-    if (!effects.stiffening || n == 0 || (i >= named && !series)) continue;
+    if (!effects.stiffening || effects.large_bending || n == 0 || (i >= named && !series)) continue;
     const int parts = static_cast<int>(std::ceil((x - done) / h));
     for (int part = 0; part < parts; ++part) {
       const double width = (x - done) / parts;
@@ -312,6 +312,7 @@ FlexibleBody modal_body(const BeamDef& def, const BeamEffects& effects, const Pr
     done = x;
     body.nodes[i].phi2 = beam::second_order_at(running, root, x, Z);
   }
+  beam::set_rod_axis(body, p, effects, Z, {panels, 6, [&](int panel, double xi) { return rows_at(modes, (panel + xi) * h, L); }, root});
   return body;
 }
 

@@ -393,7 +393,8 @@ double lagrange(const GaussRule& rule, std::size_t l, double x) {
 void set_axis_mass(FlexibleBody& body, const Properties& p, const BeamEffects& effects, const Basis& Z, const AxisPoints& particles) {
   const int panels = particles.panels, points = particles.per_panel;
   const FieldRows& root = particles.root;
-  if (!effects.stiffening || !(effects.torsion || effects.complete) || !(effects.bending_xy || effects.bending_xz)) return;
+  if (!effects.stiffening || effects.large_bending || !(effects.torsion || effects.complete) || !(effects.bending_xy || effects.bending_xz))
+    return;
   AxisMass& out = body.axis;
   const GaussRule gauss = gauss_rule(points);
   const Eigen::Index n = body.n, k = points, count = panels * k;
@@ -459,6 +460,79 @@ void set_axis_mass(FlexibleBody& body, const Properties& p, const BeamEffects& e
     out.J1.row(3) += (out.phi.middleCols(count, count) * c).transpose();
     out.J1.row(4) += (out.phi.rightCols(count) * c).transpose();
   }
+}
+
+namespace {
+
+// The integrals of the interpolating polynomials of the rule's points from 0 to `to`.
+VecX integrals_to(const GaussRule& rule, double to) {
+  VecX out = VecX::Zero(static_cast<Eigen::Index>(rule.x.size()));
+  for (std::size_t l = 0; l < rule.x.size(); ++l)
+    for (std::size_t g = 0; g < rule.x.size(); ++g) out[static_cast<Eigen::Index>(l)] += to * rule.w[g] * lagrange(rule, l, to * rule.x[g]);
+  return out;
+}
+
+}  // namespace
+
+void set_rod_axis(FlexibleBody& body, const Properties& p, const BeamEffects& effects, const Basis& Z, const AxisPoints& particles) {
+  if (!effects.large_bending || body.n == 0) return;
+  auto made = std::make_shared<RodAxis>();
+  RodAxis& out = *made;
+  const GaussRule gauss = gauss_rule(particles.per_panel);
+  const Eigen::Index k = particles.per_panel, count = (particles.panels * k + 3) / 4 * 4;
+  const double h = p.length / particles.panels;
+  out.towards = effects.bending_xy ? 1 : 2;
+  out.x = VecX::Constant(count, p.length);
+  out.root_mass = VecX::Zero(count);
+  MatX u = MatX::Zero(Z.rows(), count), v = u, turn = u, stretch = u, shear = u;
+  for (int e = 0; e < particles.panels; ++e)
+    for (std::size_t g = 0; g < gauss.x.size(); ++g) {
+      const Eigen::Index at = e * k + static_cast<Eigen::Index>(g);
+      const FieldRows r = particles.rows(e, gauss.x[g]);
+      const double root = std::sqrt(p.mass * gauss.w[g] * h);
+      out.x[at] = (e + gauss.x[g]) * h;
+      out.root_mass[at] = root;
+      u.col(at) = root * r.u, v.col(at) = root * (out.towards == 1 ? r.v : r.w);
+      turn.col(at) = out.towards == 1 ? r.phi_z : r.s;
+      stretch.col(at) = r.du;
+      if (effects.shear) shear.col(at) = out.towards == 1 ? VecX(r.dv - r.phi_z) : VecX(r.dw - r.s);
+    }
+  const auto rows = [&](const MatX& full) { return MatX(full.transpose() * Z); };
+  out.phi_x = rows(u), out.phi_v = rows(v), out.turn = rows(turn);
+  if (!stretch.isZero(0.0)) out.stretch = rows(stretch);
+  if (effects.shear) out.shear = rows(shear);
+
+  // From the root to x: whole panels, and a part of one.
+  const VecX whole = h * integrals_to(gauss, 1.0);
+  const auto weights = [&](double x) {
+    VecX to = VecX::Zero(count);
+    const int panel = std::clamp(static_cast<int>(x / h), 0, particles.panels - 1);
+    for (int e = 0; e < panel; ++e) to.segment(e * k, k) = whole;
+    to.segment(panel * k, k) = h * integrals_to(gauss, x / h - panel);
+    return to;
+  };
+  out.along = MatX::Zero(count, count);
+  for (Eigen::Index i = 0; i < particles.panels * k; ++i) out.along.row(i) = out.root_mass[i] * weights(out.x[i]).transpose();
+  for (FlexibleNode& node : body.nodes) {
+    for (MatX& second : node.phi2) second.resize(0, 0);
+    if (const double x = node.origin.x(); x > 0.0) node.along = weights(x);
+  }
+
+  // What particles at rest have is taken from the body's own constants.
+  const VecX c = out.x.cwiseProduct(out.root_mass);
+  const bool y = out.towards == 1;
+  out.J0 = body.J0;
+  out.J0[1] -= c.squaredNorm(), out.J0[2] -= c.squaredNorm();
+  out.Cr0 = body.Cr0;
+  out.Cr0.row(y ? 2 : 1) += (y ? -1.0 : 1.0) * (out.phi_v.transpose() * c).transpose();
+  out.Me = body.Me - out.phi_x.transpose() * out.phi_x - out.phi_v.transpose() * out.phi_v;
+  if (effects.shear) {
+    out.J1 = body.J1;
+    const VecX cx = 2.0 * (out.phi_x.transpose() * c);
+    out.J1.row(1) -= cx.transpose(), out.J1.row(2) -= cx.transpose();
+    out.J1.row(y ? 3 : 4) += (out.phi_v.transpose() * c).transpose();
+  }
+  body.rod = std::move(made);
 }
 
 MatX damping_matrix(const Damping& damping, const MatX& Me, const MatX& Ke) {

@@ -95,6 +95,9 @@ MatX in_body(const MatX& m, const Basis& Z);
 void set_second_order(FlexibleBody& body, const Integrals& sum, const Basis& Z);
 void set_second_order(FlexibleBody& body, const Integrals& sum, const MatX& Z);
 
+// Gauss points of an element, whose slopes are of second degree, for its axis as a rod.
+constexpr int rod_points = 3;
+
 // Where a beam's particles are: at the Gauss points of panels of equal length.
 struct AxisPoints {
   int panels = 1, per_panel = 1;
@@ -105,6 +108,10 @@ struct AxisPoints {
 // Particles on the axis (AxisMass). Me, Cr0, J0 of the body are kept exactly, whatever the points leave of them. Does nothing unless
 // second-order bending meets twist.
 void set_axis_mass(FlexibleBody& body, const Properties& p, const BeamEffects& effects, const Basis& Z, const AxisPoints& particles);
+
+// The axis as a rod that is followed to any turn (RodAxis) and the weights of its points for the nodes, which have to be there; after that
+// they have no phi2. Does nothing unless large_bending is on.
+void set_rod_axis(FlexibleBody& body, const Properties& p, const BeamEffects& effects, const Basis& Z, const AxisPoints& particles);
 
 // De = Rayleigh + sum of 2 zeta omega M phi phi^T M over the eigenmodes in ascending frequency; several ratios: one a mode, the last
 // one for all further modes.

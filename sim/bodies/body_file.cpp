@@ -49,7 +49,7 @@ void check_body(const BodyFile& file, const std::string& path) {
     if (!m.allFinite()) fail(fmt::format("'{}' holds a value that is not finite", name));
   };
   const Eigen::Index n = b.n, m = file.surface.points.rows();
-  if (b.axis.root_mass.size() > 0) fail("mass along an axis has no place in a body file");
+  if (b.axis.root_mass.size() > 0 || b.rod) fail("mass along an axis has no place in a body file");
   if (!std::isfinite(b.mass)) fail("the mass is not finite");
   matrix("md0", b.md0, 3, 1);
   matrix("J0", b.J0, 6, 1);

@@ -3,6 +3,7 @@
 #include "sim/base/sized.h"
 #include "sim/base/wide.h"
 #include "sim/bodies/axis_mass.h"
+#include "sim/bodies/rod_axis.h"
 
 namespace flexframe::sim {
 
@@ -206,6 +207,7 @@ void structural_force(const Body& body, const VecX& q, const VecX& qd, VecX& out
 void reserve(const FlexibleBody& body, BodyTerms& out) {
   out.Mre = Mat6X::Zero(6, body.n);
   if (body.n == 0) wide_mass(body, VecX(), out);
+  if (body.rod) return reserve_rod(body, out);
   if (!has_axis_mass(body)) return reserve_terms(body, out);
   out.ce = out.work = out.work2 = VecX::Zero(body.n);
   reserve_axis_mass(body, out);
@@ -213,20 +215,29 @@ void reserve(const FlexibleBody& body, BodyTerms& out) {
 void reserve(const PlaneBody& body, PlaneTerms& out) {
   out.Mre = MatX3::Zero(body.n, 3);
   if (body.n == 0) wide_mass(body, VecX(), out);
-  reserve_terms(body, out);
+  if (body.rod) reserve_rod(body, out);
+  else reserve_terms(body, out);
 }
 
 void update_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out, bool elastic) {
-  if (has_axis_mass(body)) update_axis_mass(body, q, out, elastic);
+  if (body.rod) update_rod_mass(body, q, out, elastic);
+  else if (has_axis_mass(body)) update_axis_mass(body, q, out, elastic);
   else wide_mass(body, q, out);
 }
-void update_mass(const PlaneBody& body, const VecX& q, PlaneTerms& out, bool) { wide_mass(body, q, out); }
+void update_mass(const PlaneBody& body, const VecX& q, PlaneTerms& out, bool elastic) {
+  if (body.rod) update_rod_mass(body, q, out, elastic);
+  else wide_mass(body, q, out);
+}
 
 void update_velocity_terms(const FlexibleBody& body, const Vec6& V, const VecX& qd, BodyTerms& out) {
-  if (has_axis_mass(body)) update_axis_velocity_terms(body, V, qd, out);
+  if (body.rod) update_rod_velocity_terms(body, V, qd, out);
+  else if (has_axis_mass(body)) update_axis_velocity_terms(body, V, qd, out);
   else wide_velocity_terms(body, V, qd, out);
 }
-void update_velocity_terms(const PlaneBody& body, const Vec3& V, const VecX& qd, PlaneTerms& out) { wide_velocity_terms(body, V, qd, out); }
+void update_velocity_terms(const PlaneBody& body, const Vec3& V, const VecX& qd, PlaneTerms& out) {
+  if (body.rod) update_rod_velocity_terms(body, V, qd, out);
+  else wide_velocity_terms(body, V, qd, out);
+}
 
 void elastic_force(const FlexibleBody& body, const VecX& q, const VecX& qd, VecX& out) { structural_force(body, q, qd, out); }
 void elastic_force(const PlaneBody& body, const VecX& q, const VecX& qd, VecX& out) { structural_force(body, q, qd, out); }
@@ -271,12 +282,14 @@ double kinetic_energy(const PlaneBody& body, const PlaneTerms& terms, const Vec3
 
 bool same_kinetics(const FlexibleBody& a, const FlexibleBody& b) {
   bool same = a.n == b.n && a.mass == b.mass && a.md0 == b.md0 && a.J0 == b.J0 && same_values(a.md1, b.md1) && same_values(a.J1, b.J1) &&
-              same_values(a.Cr0, b.Cr0) && same_values(a.Me, b.Me) && a.nodes.size() == b.nodes.size() && same_axis_mass(a.axis, b.axis);
+              same_values(a.Cr0, b.Cr0) && same_values(a.Me, b.Me) && a.nodes.size() == b.nodes.size() && same_axis_mass(a.axis, b.axis) &&
+              same_rod(a.rod, b.rod);
   for (size_t i = 0; i < 3; ++i) same = same && same_values(a.md2[i], b.md2[i]) && same_values(a.Cr1[i], b.Cr1[i]);
   for (size_t i = 0; i < 6; ++i) same = same && same_values(a.J2[i], b.J2[i]);
   for (size_t k = 0; same && k < a.nodes.size(); ++k) {
     const FlexibleNode &m = a.nodes[k], &n = b.nodes[k];
-    same = m.origin == n.origin && m.rotation == n.rotation && same_values(m.phi, n.phi) && same_values(m.psi, n.psi);
+    same = m.origin == n.origin && m.rotation == n.rotation && same_values(m.phi, n.phi) && same_values(m.psi, n.psi) &&
+           same_values(m.along, n.along);
     for (size_t i = 0; i < 3; ++i) same = same && same_values(m.phi2[i], n.phi2[i]);
   }
   return same;

@@ -11,6 +11,7 @@
 
 #include <array>
 #include <memory>
+#include <vector>
 
 namespace flexframe::sim {
 
@@ -31,6 +32,18 @@ struct AxisTerms {  // kept from update_mass for update_velocity_terms
   std::shared_ptr<AxisScratch> scratch;
 };
 
+// A RodAxis in one state. What depends on q alone is kept for those who ask again at the same coordinates.
+struct RodState {
+  VecX q;
+  VecX theta, sine, versed, stretch, shear;  // at the points: theta, sin theta - theta, cos theta - 1, u', gamma
+  VecX along, across;                        // what r' has beyond first order
+  MatX d_along, d_across;                    // points x n: its derivative by q
+  VecX turn_rate, a_along, a_across;         // rate of theta; acceleration of r' at rest of the rates
+  VecX X, Y;                                 // places of the particles, times root_mass
+  MatX JX, JY;                               // points x n: their derivatives
+  VecX rate_x, rate_y, acc_x, acc_y;         // scratch
+};
+
 // Results and work space; sized once by `reserve`. S: Space or Plane; component order of twists and wrenches: linear, angular.
 template <class S>
 struct TermsIn {
@@ -41,8 +54,9 @@ struct TermsIn {
   typename S::Linear md = S::Linear::Zero();     // first moment of mass, kg m
   std::array<VecX, S::tensor> J2q;               // J2 q, kept from update_mass for update_velocity_terms
   VecX work, work2;
-  MatX Mee;  // n x n elastic part where it depends on q (axis_mass.h), else empty
+  MatX Mee;  // n x n elastic part where it depends on q (axis_mass.h, rod_axis.h), else empty
   AxisTerms axis;
+  std::vector<RodState> rod;  // one where the body has a RodAxis: kept apart, as long chains of parts without any want the cache
 };
 using BodyTerms = TermsIn<Space>;
 using PlaneTerms = TermsIn<Plane>;

@@ -15,6 +15,7 @@
 #include "sim/base/types.h"
 
 #include <array>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -29,6 +30,7 @@ struct FlexibleNode {
   Mat3X psi;                         // 3 x n, small rotation per elastic coordinate (the node turns by exp(skew(psi q)))
   std::array<MatX, 3> phi2;          // n x n symmetric each or empty: u_a += 1/2 q^T phi2[a] q
   MatX sigma;                        // 6 x n stress per elastic coordinate, or empty (Pa: xx yy zz xy yz xz)
+  VecX along;                        // weights of a RodAxis's points: their values to their integral from the root to here; else empty
 };
 
 // Mass along the axis of a beam as particles, for the complete kinetic energy of the second-order field (axis_mass.h).
@@ -56,26 +58,46 @@ struct AxisMass {
   MatX Me;                        // n x n
 };
 
+// A beam that bends in one plane, followed exactly however far it turns (rod_axis.h): a section is turned by theta, linear in q, and
+//   r' = (1 + u') (cos theta, sin theta) + gamma (-sin theta, cos theta)
+// from the root on, r(0) = phi(0) q. Fields are rows at the points of a quadrature along the axis, where the particles are too; their
+// number is a multiple of four, the last ones may weigh nothing.
+struct RodAxis {
+  int towards = 1;      // theta turns x towards this component of the body frame: 1 (y), 2 (z)
+  VecX x;               // undeformed place of a point, m
+  VecX root_mass;       // square root of its particle's mass, kg^1/2
+  MatX phi_x, phi_v;    // points x n: displacement along x and across, times root_mass
+  MatX turn;            // points x n: theta
+  MatX stretch, shear;  // points x n each or empty: u', gamma
+  MatX along;           // points x points: values at the points to their integrals from the root to each particle, times root_mass
+  // Inertia of the sections about their centres and what the particles lack of the body's constants, as in AxisMass.
+  Vec6 J0 = Vec6::Zero();
+  Mat6X J1;
+  Mat3X Cr0;
+  MatX Me;
+};
+
 // Symmetric tensors are stored as 6 rows: xx yy zz xy xz yz, as tensor elements (the product of inertia xy is -int x y dm).
 struct FlexibleBody {
-  int n = 0;                        // number of elastic coordinates
-  double mass = 0.0;                // kg
-  Vec3 md0 = Vec3::Zero();          // first moment of mass, kg m:  md(q) = md0 + md1 q + 1/2 q^T md2 q
-  Mat3X md1;                        // 3 x n
-  std::array<MatX, 3> md2;          // n x n symmetric each or empty
-  Vec6 J0 = Vec6::Zero();           // inertia tensor about the body frame's origin: J(q) = J0 + J1 q + 1/2 q^T J2 q
-  Mat6X J1;                         // 6 x n
-  std::array<MatX, 6> J2;           // n x n symmetric each or empty
-  Mat3X Cr0;                        // 3 x n: angular momentum per elastic velocity, column j is int c x phi_j dm
-  std::array<MatX, 3> Cr1;          // n x n each or empty: Cr(q)(a, j) = Cr0(a, j) + sum_k Cr1[a](j, k) q_k
-  MatX Me;                          // n x n structural mass
-  MatX Ke;                          // n x n structural stiffness
-  VecX stiffness;                   // the diagonal of Ke where Ke is diagonal (eigenmodes), else empty
-  MatX De;                          // n x n structural damping (empty: none)
-  VecX ksigma;                      // n, generalised force of a pre-stress (empty: none): elastic force = -(Ke q + De qd + ksigma)
-  AxisMass axis;                    // where present, the kinetic energy is its instead of that of the blocks md .. Me
-  std::vector<std::string> labels;  // n, what each elastic coordinate is ("element 3 v", "Eigen Mode 1 : 809 Hz"); may be empty
-  std::vector<FlexibleNode> nodes;  // frames first or last as the maker likes; names unique
+  int n = 0;                           // number of elastic coordinates
+  double mass = 0.0;                   // kg
+  Vec3 md0 = Vec3::Zero();             // first moment of mass, kg m:  md(q) = md0 + md1 q + 1/2 q^T md2 q
+  Mat3X md1;                           // 3 x n
+  std::array<MatX, 3> md2;             // n x n symmetric each or empty
+  Vec6 J0 = Vec6::Zero();              // inertia tensor about the body frame's origin: J(q) = J0 + J1 q + 1/2 q^T J2 q
+  Mat6X J1;                            // 6 x n
+  std::array<MatX, 6> J2;              // n x n symmetric each or empty
+  Mat3X Cr0;                           // 3 x n: angular momentum per elastic velocity, column j is int c x phi_j dm
+  std::array<MatX, 3> Cr1;             // n x n each or empty: Cr(q)(a, j) = Cr0(a, j) + sum_k Cr1[a](j, k) q_k
+  MatX Me;                             // n x n structural mass
+  MatX Ke;                             // n x n structural stiffness
+  VecX stiffness;                      // the diagonal of Ke where Ke is diagonal (eigenmodes), else empty
+  MatX De;                             // n x n structural damping (empty: none)
+  VecX ksigma;                         // n, generalised force of a pre-stress (empty: none): elastic force = -(Ke q + De qd + ksigma)
+  AxisMass axis;                       // where present, the kinetic energy is its instead of that of the blocks md .. Me
+  std::shared_ptr<const RodAxis> rod;  // where present, nodes lie and energies are as it says, and neither phi2 nor md .. Me count
+  std::vector<std::string> labels;     // n, what each elastic coordinate is ("element 3 v", "Eigen Mode 1 : 809 Hz"); may be empty
+  std::vector<FlexibleNode> nodes;     // frames first or last as the maker likes; names unique
 };
 
 }  // namespace flexframe::sim

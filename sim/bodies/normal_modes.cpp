@@ -3,6 +3,7 @@
 #include "sim/base/eigen_solvers.h"
 #include "sim/base/spatial.h"
 #include "sim/bodies/axis_mass.h"
+#include "sim/bodies/rod_axis.h"
 
 #include <fmt/format.h>
 
@@ -31,6 +32,7 @@ FlexibleBody in_basis(const FlexibleBody& body, const MatX& T) {
   out.De = congruent(body.De);
   if (body.ksigma.size() > 0) out.ksigma = T.transpose() * body.ksigma;
   out.axis = in_coordinates(body.axis, T);
+  out.rod = in_coordinates(body.rod, T);
   // All nodes in one product: three rows at a time take several times as long.
   const auto nodes = static_cast<Eigen::Index>(out.nodes.size());
   MatX motions(6 * nodes, body.n);

@@ -10,6 +10,13 @@ double largest(const MatX& A) { return A.size() == 0 ? 0.0 : A.cwiseAbs().maxCoe
 // 1e-12: rounding of the axes that the scene gives.
 bool small(const MatX& A, double scale) { return largest(A) <= 1e-12 * scale; }
 
+// The rod's axes in the planar ones.
+Eigen::Matrix2d rod_axes(const Mat3& Q, int towards) {
+  Eigen::Matrix2d out;
+  out << Q(0, 0), Q(towards, 0), Q(0, 1), Q(towards, 1);
+  return out;
+}
+
 // Component a (in the axes Q) of a vector-valued quadratic form; empty where it vanishes.
 MatX component(const std::array<MatX, 3>& forms, const Mat3& Q, int a, Eigen::Index n) {
   MatX out;
@@ -53,10 +60,17 @@ PlaneBody in_plane(const FlexibleBody& body, const Mat3& Q) {
   b.De = body.De;
   b.stiffness = body.stiffness;
   b.ksigma = body.ksigma;
+  if (body.rod) {
+    b.rod = body.rod;
+    b.rod_axes = rod_axes(Q, body.rod->towards);
+    b.rod_sense = b.rod_axes.determinant() < 0.0 ? -1.0 : 1.0;
+    b.rod_J0 = weight.dot(body.rod->J0);
+    b.rod_Cr0 = body.rod->Cr0.transpose() * n;
+  }
   return b;
 }
 
-PlaneNode in_plane(const FlexibleNode& node, const Mat3& Q, const Mat3& node_axes) {
+PlaneNode in_plane(const FlexibleNode& node, const Mat3& Q, const Mat3& node_axes, int towards) {
   const Mat3 R = Q.transpose() * node.rotation * node_axes;
   PlaneNode out;
   out.origin = (Q.transpose() * node.origin).head<2>();
@@ -64,6 +78,8 @@ PlaneNode in_plane(const FlexibleNode& node, const Mat3& Q, const Mat3& node_axe
   out.phi = (Q.transpose() * node.phi).topRows<2>().transpose();
   out.psi = (Q.transpose() * node.psi).row(2).transpose();
   for (int a = 0; a < 2; ++a) out.phi2[a] = component(node.phi2, Q, a, node.phi.cols());
+  out.along = node.along;
+  if (node.along.size() > 0) out.rod_axes = rod_axes(Q, towards);
   return out;
 }
 

@@ -2,6 +2,7 @@
 
 #include "sim/base/sized.h"
 #include "sim/base/wide.h"
+#include "sim/bodies/rod_axis.h"
 #include "sim/dynamics/plane_frames.h"
 #include "sim/dynamics/signals.h"
 
@@ -80,7 +81,7 @@ Work make_work(const Model& model) {
     fw.B = Mat6X::Zero(6, body.n);
     fw.rest_axes = f.offset.R.transpose() * node.rotation.transpose();
     for (const MatX& h : node.phi2)
-      if (h.size() > 0) fw.phi2q = Eigen::MatrixX3d::Zero(body.n, 3);
+      if (h.size() > 0 || node.along.size() > 0) fw.phi2q = Eigen::MatrixX3d::Zero(body.n, 3);
     fw.scratch = VecX::Zero(body.n);
   }
   for (size_t i = 0; i < model.clusters.size(); ++i) {
@@ -102,6 +103,24 @@ Work make_work(const Model& model) {
 }
 
 namespace {
+
+// A node of a rod: its displacement beyond the linear one, along and across, and the derivative of that by q.
+template <class W>
+Eigen::Vector2d beyond_linear(const Model& model, int part, const VecX& weights, double* along, double* across, W& work) {
+  auto& p = work.parts[part];
+  update_rod_fields(*kinetic_body(model, work, part).rod, p.q, p.terms.rod.front());
+  rod_jacobian(weights, p.terms.rod.front(), along, across);
+  return rod_displacement(weights, p.terms.rod.front());
+}
+// Its acceleration at rest of the rates.
+template <class W>
+Eigen::Vector2d rod_bias(const Model& model, int part, const VecX& weights, W& work) {
+  auto& p = work.parts[part];
+  const RodAxis& rod = *kinetic_body(model, work, part).rod;
+  update_rod_fields(rod, p.q, p.terms.rod.front());
+  update_rod_rates(rod, p.qd, p.terms.rod.front());
+  return rod_acceleration(weights, p.terms.rod.front());
+}
 
 // 1 + x T + y T^2 with T = skew(theta), T^2 = theta theta^T - |theta|^2.
 FLEXFRAME_INLINE Mat3 by_powers(const Vec3& theta, double x, double y) {
@@ -169,7 +188,7 @@ FLEXFRAME_INLINE void fill_jacobian(const PlaneFrame& f, FrameMotion<Plane>& fm)
   const PlaneNode& node = f.node;
   const double c = fm.pose.c, s = fm.pose.s, arm_x = f.arm.x(), arm_y = f.arm.y();
   const Eigen::Index n = N > 0 ? N : fm.B.rows();
-  const bool second = node.phi2[0].size() + node.phi2[1].size() > 0, arm = !f.arm.isZero(0.0);
+  const bool second = node.phi2[0].size() + node.phi2[1].size() + node.along.size() > 0, arm = !f.arm.isZero(0.0);
   const double *const x = node.phi.data(), *const y = x + n, *const x2 = fm.phi2q.data(), *const y2 = x2 + n;
   const double* const psi = node.psi.data();
   double* __restrict const along = fm.B.data(), * __restrict const across = along + n;
@@ -199,6 +218,11 @@ void update_frame_pose(const Model& model, int frame, Work& work) {
   const VecX& q = work.parts[f.part].q;
   by_count(
       q.size(), [&](auto n) __attribute__((always_inline)) { pose_frame<n()>(node, f.offset, q, fw); });
+  if (node.along.size() == 0) return;
+  const int across = kinetics(model, work, f.part).rod->towards;
+  const Eigen::Vector2d beyond = beyond_linear(model, f.part, node.along, &fw.phi2q(0, 0), &fw.phi2q(0, across), work);
+  fw.pose.p[0] += beyond[0];
+  fw.pose.p[across] += beyond[1];
 }
 
 void update_frame_jacobian(const Model& model, int frame, Work& work) {
@@ -217,6 +241,10 @@ void update_frame_pose(const Model& model, int frame, PlaneWork& work) {
   const VecX& q = work.parts[model.frames[frame].part].q;
   by_count(
       q.size(), [&](auto n) __attribute__((always_inline)) { pose_frame<n()>(f, q, fm); });
+  const PlaneNode& node = f.node;
+  if (node.along.size() == 0) return;
+  fm.pose.p += node.rod_axes * beyond_linear(model, model.frames[frame].part, node.along, fm.phi2q.data(), &fm.phi2q(0, 1), work);
+  fm.phi2q = (fm.phi2q * node.rod_axes.transpose()).eval();
 }
 
 void update_frame_jacobian(const Model&, int frame, PlaneWork& work) {
@@ -252,6 +280,19 @@ const FlexibleNode& node_of(const Model& model, int frame, const Work& work) {
   return kinetics(model, work, f.part).nodes[f.node];
 }
 const PlaneNode& node_of(const Model&, int frame, const PlaneWork& work) { return work.plane.frame_constants[frame].node; }
+// The same of a rod's node.
+Vec3 rod_second(const Model& model, int frame, Work& work) {
+  const int part = model.frames[frame].part;
+  const Eigen::Vector2d bias = rod_bias(model, part, node_of(model, frame, work).along, work);
+  Vec3 out = Vec3::Zero();
+  out[0] = bias[0];
+  out[kinetics(model, work, part).rod->towards] = bias[1];
+  return out;
+}
+Vec2 rod_second(const Model& model, int frame, PlaneWork& work) {
+  const PlaneNode& node = node_of(model, frame, work);
+  return node.rod_axes * rod_bias(model, model.frames[frame].part, node.along, work);
+}
 Vec3 turning_rate(const Model& model, int frame, const Work& work) {
   const FrameWork& fw = work.frames[frame];
   const VecX& qd = work.parts[model.frames[frame].part].qd;
@@ -279,6 +320,7 @@ FLEXFRAME_INLINE void finish_frame_velocity(const Model& model, int frame, W& wo
   const VecX& qd = work.parts[model.frames[frame].part].qd;
   by_count(
       qd.size(), [&](auto n) __attribute__((always_inline)) { second = second_order<n()>(node_of(model, frame, work), qd, fw); });
+  if (node_of(model, frame, work).along.size() > 0) second += rod_second(model, frame, work);
   const typename S::Linear arm = frame_arm(model, frame, work);
   const typename S::Angular alpha = turning_rate(model, frame, work), omega = angular(fw.W);
   // Linear part of B qd = R^T (node velocity) + omega x arm.

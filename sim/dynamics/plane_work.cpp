@@ -83,7 +83,8 @@ struct Builder {
         !rotation_in_plane(Qn.transpose() * f.offset.R * frame.axes, offset))
       throw LeavesPlane{"a node is turned out of the plane"};
     if (leaves_plane(node, Q)) throw LeavesPlane{fmt::format("'{}' deforms out of the plane", model.parts[f.part].name)};
-    frame.node = in_plane(node, Q, Qn);
+    const auto& rod = model.parts[f.part].body.rod;
+    frame.node = in_plane(node, Q, Qn, rod ? rod->towards : 1);
     frame.offset = (Qn.transpose() * f.offset.p).head<2>();
     frame.offset_angle = std::atan2(offset.s, offset.c);
     frame.arm = turn_back(offset, frame.offset);

@@ -519,7 +519,7 @@ bool prefers_reduced(const Model& model, int cluster, const PlaneWork& work) {
   if (modes < least_modes || !cw.locked.empty()) return false;
   for (int i : c.parts) {
     const FlexibleBody& body = model.parts[i].body;
-    if (body.n > 0 && (body.stiffness.size() == 0 || has_axis_mass(body))) return false;
+    if (body.n > 0 && (body.stiffness.size() == 0 || has_axis_mass(body) || body.rod)) return false;
     equations += body.n > 0 ? 6 : 3;
   }
   const int joints = static_cast<int>(cw.partition.ind.size()) - modes;

@@ -205,19 +205,33 @@ void SectionForces::cut(const Model& model, const Work& work, size_t beam) {
   }
 }
 
+namespace {
+
+// What an axis that turns from one slope to another over a length has beyond first order, along and across: of second order, or exactly.
+Vec3 beyond_linear(double length, const Vec3& before, const Vec3& after, bool exact) {
+  if (!exact) return {-length / 6.0 * (before.squaredNorm() + before.dot(after) + after.squaredNorm()), 0.0, 0.0};
+  const auto at = [](const Vec3& slope) {
+    const double angle = slope.norm();
+    return Vec3(std::cos(angle) - 1.0, 0.0, 0.0) + (angle > 0.0 ? std::sin(angle) / angle - 1.0 : 0.0) * slope;
+  };
+  return length / 6.0 * (at(before) + 4.0 * at(0.5 * (before + after)) + at(after));
+}
+
+}  // namespace
+
 void SectionForces::evaluate(const Model& model, Work& work, const Reactions& reactions) {
   for (CutBeam& b : beams_) {
     const VecX& q = work.parts[b.part].q;
-    double shorter = 0.0;  // by the slopes from the root on
-    Vec3 before = Vec3::Zero();
+    const bool exact = model.parts[b.part].body.rod != nullptr;
+    Vec3 beyond = Vec3::Zero(), before = beyond;  // by the slopes from the root on
     for (size_t k = 0; k < b.x.size(); ++k) {
       b.place[k] = Vec3(b.x[k], 0.0, 0.0);
       b.axes[k].setIdentity();
       if (q.size() > 0) {
-        const Vec3 turned = b.psi[k] * q, slope(0.0, turned.y(), turned.z());
-        if (b.shortens && k > 0) shorter += (b.x[k] - b.x[k - 1]) / 6.0 * (before.squaredNorm() + before.dot(slope) + slope.squaredNorm());
+        const Vec3 turned = b.psi[k] * q, slope(0.0, turned.z(), -turned.y());
+        if ((b.shortens || exact) && k > 0) beyond += beyond_linear(b.x[k] - b.x[k - 1], before, slope, exact);
         before = slope;
-        b.place[k] += b.phi[k] * q - Vec3(shorter, 0.0, 0.0);
+        b.place[k] += b.phi[k] * q + beyond;
         b.axes[k] = rotation_exp(turned);
       }
       b.place[k] += b.axes[k] * b.beside[k];

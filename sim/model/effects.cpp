@@ -317,6 +317,9 @@ std::span<const EffectInfo> effect_registry() {
        "Omega / omega_1, (Omega / omega_1)^2, deflection / length"},
       {"shear", "Timoshenko's shear and the sections' rotary inertia", "kGA (v_x - phi), rho I phi_tt", "stocky beams, high modes",
        "n^2 pi^2 (r/L)^2 (1 + E/kG)/2 of the frequency of mode n"},
+      {"large_bending", "bending in one plane however far it turns, as an exact rod in the body's frame", "r_x = (cos theta, sin theta)",
+       "tangents that turn by more than some 0.1 rad within the body, at its ends or while it vibrates",
+       "turn^2 / 40 of the deflection; along a vibration more"},
       {"damping", "structural damping", "De qd", "many periods of free vibration", "zeta omega_1 T"},
       {"friction", "Coulomb friction of a joint, with stiction", "|F| <= mu N", "friction forces comparable with the driving force",
        "mu N / F"},
@@ -361,9 +364,17 @@ struct Switch {
   const char* name;
   bool BeamEffects::*on;
 };
-constexpr Switch switches[] = {{"axial", &BeamEffects::axial},           {"bending_xy", &BeamEffects::bending_xy},
-                               {"bending_xz", &BeamEffects::bending_xz}, {"torsion", &BeamEffects::torsion},
-                               {"stiffening", &BeamEffects::stiffening}, {"shear", &BeamEffects::shear}};
+constexpr Switch switches[] = {{"axial", &BeamEffects::axial},
+                               {"bending_xy", &BeamEffects::bending_xy},
+                               {"bending_xz", &BeamEffects::bending_xz},
+                               {"torsion", &BeamEffects::torsion},
+                               {"stiffening", &BeamEffects::stiffening},
+                               {"shear", &BeamEffects::shear},
+                               {"large_bending", &BeamEffects::large_bending}};
+// Whether its model can follow bending to any turn.
+bool can_bend_far(const BeamDef& beam) {
+  return (beam.model == BeamModel::finite_element || beam.model == BeamModel::modal) && beam.stations.empty() && !beam.axis;
+}
 using Reasons = std::map<std::string, std::pair<std::string, std::string>>;  // of an effect: by whom, why
 
 // Whether the beam's model and section can have shear.
@@ -393,6 +404,7 @@ void choose(const BeamDef& beam, const Vec3& normal_in_body, const Attachments& 
   }
   e.stiffening = true;
   reason["stiffening"] = {"program", "axial forces may be carried"};
+  reason["large_bending"] = {"program", "how far it bends is told after the run"};
   e.axial = !beam.chosen.held_by.empty();
   reason["axial"] = {"program", e.axial ? fmt::format("the loop of joint '{}' holds its length", beam.chosen.held_by)
                                         : "a slender beam bends long before it stretches"};
@@ -441,7 +453,7 @@ EffectDecision decide_effects(const BodyDef& body, const BeamDef& beam, const Ve
   if (beam.model == BeamModel::modal && !beam.modes.empty()) {
     // The modes that a scene names are the coordinates it wants.
     for (const Switch& s : switches) {
-      if (s.on == &BeamEffects::stiffening || s.on == &BeamEffects::shear) continue;
+      if (s.on == &BeamEffects::stiffening || s.on == &BeamEffects::shear || s.on == &BeamEffects::large_bending) continue;
       e.*s.on = beam.modes.count(s.name) > 0;
       reason[s.name] = {"scene", e.*s.on ? "its modes are listed" : "no mode of it is listed"};
     }
@@ -454,6 +466,12 @@ EffectDecision decide_effects(const BodyDef& body, const BeamDef& beam, const Ve
       say(fmt::format("{} off: the scene leaves it out", s.name));
     }
 
+  const bool bends_once = e.bending_xy != e.bending_xz && !e.torsion && e.stiffening;
+  const bool bends_far = bends_once && can_bend_far(beam) && !has(beam.effects.without, "gyroscopic");
+  if (e.large_bending && !bends_far) {
+    say("large_bending off: it needs bending in one plane only, stiffening and no torsion, in a beam of one body and one section");
+    e.large_bending = false;
+  }
   const bool elastic = e.axial || e.bending_xy || e.bending_xz || e.torsion;
   for (const Switch& s : switches) {
     EffectState state;
@@ -465,6 +483,7 @@ EffectDecision decide_effects(const BodyDef& body, const BeamDef& beam, const Ve
     if (planar && off_plane) state.possible = state.on;
     if (s.on == &BeamEffects::shear) state.possible = can_shear(beam, e) || (state.on && beam.model != BeamModel::lumped);
     if (s.on == &BeamEffects::stiffening) state.possible = elastic && beam.model != BeamModel::lumped;
+    if (s.on == &BeamEffects::large_bending && !bends_far) continue;
     if (!state.possible) state.on = false;
     out.states.push_back(state);
   }

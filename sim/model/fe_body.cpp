@@ -97,9 +97,9 @@ bool same(const Damping& a, const Damping& b) {
   return a.ratio == ratio && a.mass == mass && a.stiffness == stiffness;
 }
 bool same(const BeamEffects& a, const BeamEffects& b) {
-  const auto& [axial, bending_xy, bending_xz, torsion, stiffening, shear, complete] = b;
+  const auto& [axial, bending_xy, bending_xz, torsion, stiffening, shear, large_bending, complete] = b;
   return a.axial == axial && a.bending_xy == bending_xy && a.bending_xz == bending_xz && a.torsion == torsion &&
-         a.stiffening == stiffening && a.shear == shear && a.complete == complete;
+         a.stiffening == stiffening && a.shear == shear && a.large_bending == large_bending && a.complete == complete;
 }
 bool same(const HeldPoint& a, const HeldPoint& b) {
   const auto& [node, force, moment, load] = b;
@@ -152,6 +152,7 @@ Eigen::Index numbers_of(const FlexibleBody& body) {
     out += body.axis.phi.size() + body.axis.once.size() + body.axis.twice.size() + body.axis.Me.size();
     for (const MatX& row : body.axis.row) out += row.size();
   }
+  if (body.rod) out += 5 * body.rod->turn.size() + body.rod->along.size();
   return out;
 }
 

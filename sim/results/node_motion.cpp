@@ -1,6 +1,7 @@
 #include "sim/results/node_motion.h"
 
 #include "sim/base/small_matrices.h"
+#include "sim/bodies/rod_axis.h"
 
 namespace flexframe::sim {
 
@@ -29,6 +30,12 @@ NodePaths::NodePaths(const Part& part, const std::vector<int>& nodes) {
     for (Eigen::Index j = 0; j < n; ++j)
       for (Eigen::Index k = 0; k <= j; ++k) quadratic_(c, at++) = j == k ? 0.5 * h(j, j) : 0.5 * (h(j, k) + h(k, j));
   }
+  if (part.body.rod && n > 0) {
+    rod_ = part.body.rod;
+    weights_ = MatX::Zero(count, rod_->x.size());
+    for (Eigen::Index i = 0; i < count; ++i)
+      if (const VecX& w = part.body.nodes[nodes[static_cast<size_t>(i)]].along; w.size() > 0) weights_.row(i) = w;
+  }
   rest_turn_ = Quat(part.rest_in_body.R).conjugate();
   values_ = VecX::Zero(linear_.rows());
   products_.resize(quadratic_.cols());
@@ -43,6 +50,11 @@ void NodePaths::evaluate(const VecX& q, const Pose& shown, double* translation, 
       for (Eigen::Index k = 0; k <= j; ++k) products_[at++] = q[j] * q[k];
     multiply(quadratic_, products_.data(), seconds_.data());
     for (size_t c = 0; c < seconds_of_.size(); ++c) values_[seconds_of_[c]] += seconds_[static_cast<Eigen::Index>(c)];
+  }
+  if (rod_) {
+    update_rod_fields(*rod_, q, bent_);
+    const VecX along = weights_ * bent_.along, across = weights_ * bent_.across;
+    for (Eigen::Index i = 0; i < along.size(); ++i) values_[3 * i] += along[i], values_[3 * i + rod_->towards] += across[i];
   }
   const Quat turn(shown.R);
   const auto n = static_cast<Eigen::Index>(count());

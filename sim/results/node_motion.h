@@ -1,6 +1,7 @@
 // Displacements and rotations of many nodes of one part at once, for recording.
 #pragma once
 
+#include "sim/bodies/body_terms.h"
 #include "sim/model/model.h"
 
 #include <vector>
@@ -23,6 +24,9 @@ class NodePaths {
   MatX linear_;                           // of all nodes' translations, then of their rotations, x q
   std::vector<Eigen::Index> seconds_of_;  // components of translations that are of second order too
   MatX quadratic_;                        // of these x products of two coordinates
+  std::shared_ptr<const RodAxis> rod_;
+  MatX weights_;  // of its points, a row a node
+  RodState bent_;
   VecX values_, products_, seconds_;
 };
 

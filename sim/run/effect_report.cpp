@@ -32,7 +32,7 @@ void switch_beam(BeamDef& beam, const std::vector<EffectState>& states, const st
   if (on) names.push_back(effect);
   choice.automatic = false;
   choice.names = names;
-  if (beam.modes.empty() || effect == "stiffening" || effect == "shear") return;
+  if (beam.modes.empty() || effect == "stiffening" || effect == "shear" || effect == "large_bending") return;
   // Modes that are listed decide: the direction's first one, or none of it.
   if (on) beam.modes.try_emplace(effect, std::vector<int>{1});
   else beam.modes.erase(effect);

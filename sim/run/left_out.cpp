@@ -123,7 +123,7 @@ LeftOut::LeftOut(const System& system, const std::vector<EffectState>& states)
   for (const EffectState& s : states) {
     if (s.on || s.body < 0 || !std::holds_alternative<BeamDef>(scene_.bodies[s.body].kind)) continue;
     const bool shear = s.effect == "shear", bends = on(states, s.owner, "bending_xy") || on(states, s.owner, "bending_xz");
-    if (s.effect == "damping") continue;
+    if (s.effect == "damping" || s.effect == "large_bending") continue;  // the latter: linear_limit.h
     if (shear ? !bends : !s.possible) continue;
     Item item;
     item.effect = s.effect;

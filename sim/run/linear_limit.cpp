@@ -12,6 +12,7 @@ namespace flexframe::sim {
 
 LinearGrowth error_growth(const Scene& scene, const Model& model, int body) {
   const auto* beam = std::get_if<BeamDef>(&scene.bodies[body].kind);
+  if (beam && model.parts[model.pieces[body].front()].body.rod) return {0.0, 0.0, true};
   if (!beam || beam->model == BeamModel::modal) return {};
   for (const FlexibleNode& node : model.parts[model.pieces[body].front()].body.nodes)
     for (const MatX& h : node.phi2)
@@ -172,10 +173,14 @@ std::vector<LinearLimit> linear_limits(const Scene& scene, const Model& model, c
     if ((beam && beam->model == BeamModel::lumped) || model.parts[model.pieces[b].front()].body.n == 0 || body.rotation.cols() == 0)
       continue;
     const int pieces = static_cast<int>(model.pieces[b].size());
+    const bool rod = model.parts[model.pieces[b].front()].body.rod != nullptr;
     const LinearGrowth growth = error_growth(scene, model, static_cast<int>(b));
     LinearLimit limit;
     limit.body = static_cast<int>(b);
     limit.pieces = pieces;
+    limit.may_go_on = !rod && std::any_of(model.effects.begin(), model.effects.end(), [&](const EffectState& s) {
+      return s.body == limit.body && s.effect == "large_bending" && s.possible;
+    });
     // A volume's share in the error of the frequency goes with its share in the deformation, whose energy goes with the square of the turn
     // as well.
     double squares = 0.0, fourths = 0.0;
@@ -201,12 +206,33 @@ std::vector<LinearLimit> linear_limits(const Scene& scene, const Model& model, c
       const VecX turn = signed_turn(body);
       const double swung = radians_swung(turn);
       limit.phase = growth.frequency * fourths / squares * swung;
-      if (beam && pieces == 1 && growth.second_order && swung > 0.0)
+      if (beam && pieces == 1 && growth.second_order && !rod && swung > 0.0)
         limit.phase = std::max(limit.phase, frequency_error(scene, *beam, body, results.times) * std::max(swung, radians_by_rates(turn)));
     }
     out.push_back(limit);
   }
   return out;
+}
+
+bool call_large_bending(const std::vector<LinearLimit>& limits, double tolerated, Scene& scene, Notes& notes) {
+  const std::string name = "large_bending";
+  bool called = false;
+  for (const LinearLimit& limit : limits) {
+    if (!limit.may_go_on || limit.error() <= tolerated) continue;
+    BodyDef& body = scene.bodies[static_cast<size_t>(limit.body)];
+    auto& beam = std::get<BeamDef>(body.kind);
+    EffectChoice& choice = beam.effects;
+    const auto listed = [&](const std::vector<std::string>& names) { return std::find(names.begin(), names.end(), name) != names.end(); };
+    if (!choice.automatic || listed(choice.without) || listed(choice.names)) continue;
+    choice.names.push_back(name);
+    beam.chosen.effects = called = true;
+    notes.tell(
+        fmt::format("body '{}'", body.name),
+        fmt::format("large_bending switched on: it bends by up to {:.2g} degrees within its own frame, where displacements of second "
+                    "order are off by about {:.2g} of the deflection",
+                    limit.turn * 180.0 / std::numbers::pi, limit.error()));
+  }
+  return called;
 }
 
 void warn_of_linear_limits(const Scene& scene, const std::vector<LinearLimit>& limits, double tolerated, Notes& into) {
@@ -219,8 +245,10 @@ void warn_of_linear_limits(const Scene& scene, const std::vector<LinearLimit>& l
               fmt::format("bends by up to {:.2g} degrees within its own frame (t = {:.4g} s), where linear displacements are {}: {}",
                           limit.turn * 180.0 / std::numbers::pi, limit.when,
                           error < 0.5 ? fmt::format("wrong by about {:.2g} % of the deflection", 100.0 * error) : "wrong",
-                          beam ? limit.pieces > 1 ? "take more volumes" : "take model = \"mixed\" with several volumes"
-                               : "divide it into several bodies"));
+                          !beam              ? "divide it into several bodies"
+                          : limit.pieces > 1 ? "take more volumes"
+                          : limit.may_go_on  ? "add \"large_bending\" to 'effects', or take model = \"mixed\" with several volumes"
+                                             : "take model = \"mixed\" with several volumes"));
   }
 }
 

@@ -7,7 +7,9 @@
 // phase: by `phase` radians, the relative error of the frequency times the radians swung. Measured with a cantilever that is let go under
 // its weight against a chain of 40 rigid links, at tip turns of 0.19 to 1.26: 0.11 of the mean square of the turn (finite elements of
 // second order), 0.18 (linear ones), 0.22 (one frame clamped to the root). On a hinge or free it is more, by the energies that the
-// second-order field leaves out: these are found along the motion, and the larger of both counts.
+// second-order field leaves out: these are found along the motion, and the larger of both counts. With the effect large_bending (RodAxis)
+// both errors vanish; what shapes of few modes leave is that of the linear beam at any turn (a cantilever in two kept modes 1.0e-3, 1.1e-3
+// and 1.5e-3 of the swing at tip turns of 0.03, 0.35 and 1.2), which few_modes and coarse_beams tell.
 #pragma once
 
 #include "sim/model/model.h"
@@ -19,12 +21,13 @@
 namespace flexframe::sim {
 
 struct LinearLimit {
-  int body = -1;         // of the scene
-  double turn = 0.0;     // rad, the farthest that the material turned in its frame; of a chain of volumes in the frame of one of them
-  double when = 0.0;     // s, at that time
-  double at_rest = 0.0;  // error of the deflection under a given load, relative
-  double phase = 0.0;    // rad, of the body's vibration at the end of the run
-  int pieces = 1;        // volumes it has
+  int body = -1;           // of the scene
+  double turn = 0.0;       // rad, the farthest that the material turned in its frame; of a chain of volumes in the frame of one of them
+  double when = 0.0;       // s, at that time
+  double at_rest = 0.0;    // error of the deflection under a given load, relative
+  double phase = 0.0;      // rad, of the body's vibration at the end of the run
+  int pieces = 1;          // volumes it has
+  bool may_go_on = false;  // the effect large_bending is off and would make both errors vanish
   // Error of what the body's deflection decides, relative to that.
   double error() const { return at_rest + 0.5 * phase; }
 };
@@ -32,6 +35,10 @@ struct LinearLimit {
 // Of every flexible body but lumped beams, whose pieces are rigid, as it moved in the results. Beams: the turn of the tangent (torsion
 // alone stays right); others: of the nodes.
 std::vector<LinearLimit> linear_limits(const Scene& scene, const Model& model, const Results& results);
+
+// Adds large_bending to beams with automatic effects whose error is above `tolerated` where they can have it: the scene is to be simulated
+// anew. A note says what and why. False if nothing.
+bool call_large_bending(const std::vector<LinearLimit>& limits, double tolerated, Scene& scene, Notes& notes);
 
 // A warning for each body whose error is above `tolerated`: how far it turned, when, how wrong that makes it, and what to use instead.
 void warn_of_linear_limits(const Scene& scene, const std::vector<LinearLimit>& limits, double tolerated, Notes& into);

@@ -168,6 +168,7 @@ std::optional<Scene> with_volumes(const Scene& scene, const std::vector<EffectSt
   if (beam->boundary != Boundary::clamped_free)
     std::erase_if(out.outputs,
                   [&](const OutputDef& o) { return o.of.body == out.bodies[body].name && o.quantity == Quantity::displacement; });
+  std::erase(beam->effects.names, "large_bending");
   beam->model = BeamModel::mixed;
   beam->volumes = volumes;
   beam->elements = std::max(1, (elements + volumes - 1) / volumes);
@@ -423,8 +424,9 @@ BendingWorth check_bending(const Scene& scene, const std::vector<EffectState>& s
     if (share > options.asked) {
       const int enough = static_cast<int>(std::ceil(l.pieces * std::max(1.5, std::sqrt(1.5 * share / options.asked))));
       out.notes.warn(owner, fmt::format("{}, too far for linear displacements: with {} volumes {} changes by {:.2g} of its range; take "
-                                        "model = \"mixed\" with volumes = {}",
-                                        turned, volumes, found->column, found->share, std::min(enough, 200)));
+                                        "model = \"mixed\" with volumes = {}{}",
+                                        turned, volumes, found->column, found->share, std::min(enough, 200),
+                                        l.may_go_on ? ", or add \"large_bending\" to 'effects'" : ""));
     } else {
       out.notes.tell(owner,
                      fmt::format("{}: with {} volumes {} changes by {:.1g} of its range", turned, volumes, found->column, found->share));

@@ -43,7 +43,16 @@ struct Called {
   Notes notes;
   double asked = unasked_accuracy;
   bool more = false;
+  // Of the deflection, what bending in a body's own frame may lack before it is followed further: all that is tolerated, or of an accuracy
+  // that is asked for a share which leaves room for the errors of time and space, as following it costs half as much again.
+  double tolerated_bending() const { return asked == unasked_accuracy ? asked : 0.2 * asked; }
 };
+
+// What the motion calls for.
+bool calls(const std::vector<LeftOutWorth>& left_out, const std::vector<LinearLimit>& limits, Called& called) {
+  const bool effects = call_for(left_out, called.asked, called.scene, called.notes);
+  return call_large_bending(limits, called.tolerated_bending(), called.scene, called.notes) || effects;
+}
 
 // Effects that the program leaves out are judged in every run, those that the scene leaves out where errors are estimated.
 bool judges_effects(const Scene& scene, const SimulateOptions& options) {
@@ -259,7 +268,7 @@ void forget_misfits(const Notes& notes, std::vector<LeftOutWorth>& worth) {
 Results simulate_once(const Scene& scene, const SimulateOptions& options, std::vector<LinearLimit>* into, Called* called, int& indefinite) {
   Alone alone;
   Results results = simulate_alone(scene, options, !into && judges_effects(scene, options), alone, indefinite);
-  if (called && call_for(alone.left_out, called->asked, called->scene, called->notes)) {
+  if (called && calls(alone.left_out, alone.limits, *called)) {
     called->more = true;
     return results;
   }
@@ -451,7 +460,7 @@ JudgedRun run_judged(const Scene& scene, const SimulateOptions& options, double 
       alone = Alone{};
       return simulate_alone(s, options, !s.outputs.empty(), alone, indefinite);
     });
-    if (round < most_calls && call_for(alone.left_out, asked, called.scene, called.notes)) {
+    if (round < most_calls && calls(alone.left_out, alone.limits, called)) {
       if (again) continue;
       switch_on(out.scene, called.scene, alone.effects);
       out.scene = called.scene;

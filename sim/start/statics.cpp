@@ -269,7 +269,7 @@ int beyond_its_field(const Model& model, const Scene& scene, const Work& work, d
     if (!beam || model.pieces[b].size() != 1) continue;
     const Part& part = model.parts[model.pieces[b].front()];
     const VecX& q = work.parts[model.pieces[b].front()].q;
-    if (part.body.n == 0) continue;
+    if (part.body.n == 0 || part.body.rod) continue;  // a rod keeps its length
     std::vector<std::pair<double, Vec3>> places;
     for (const FlexibleNode& node : part.body.nodes) {
       Vec3 at = node.origin + node.phi * q;

@@ -41,7 +41,7 @@ const std::vector<double> links_40 = {-0.69328, -0.40015, -0.16158, -0.76074, -0
 
 TEST(ModelCheck, BendingFartherThanOneFrameFollowsIsToldWithTheVolumesThatKeepAHundredth) {
   for (const auto& [g, links] : {std::pair{20.0, links_20}, std::pair{40.0, links_40}}) {
-    const Results one = checked(strip(g, "elements = 8"));
+    const Results one = checked(strip(g, "elements = 8\neffects = [\"bending_xy\", \"stiffening\"]"));
     EXPECT_GT(error_against_links(one, links), 0.05);
     ASSERT_TRUE(warned(one, "bends by up to")) << g;
     std::smatch volumes;
@@ -53,6 +53,19 @@ TEST(ModelCheck, BendingFartherThanOneFrameFollowsIsToldWithTheVolumesThatKeepAH
     const Results advised = checked(strip(g, "model = \"mixed\"\nvolumes = " + volumes[1].str()));
     EXPECT_LT(error_against_links(advised, links), 0.01) << *text;
     EXPECT_FALSE(warned(advised, "bends by up to"));
+  }
+}
+
+// Where the program decides the effects it follows the bending as far as it goes, in one frame.
+TEST(ModelCheck, BendingFartherThanSecondOrderFollowsCallsForLargeBending) {
+  for (const auto& [g, links] : {std::pair{20.0, links_20}, std::pair{40.0, links_40}}) {
+    const Results one = checked(strip(g, "elements = 8"));
+    EXPECT_LT(error_against_links(one, links), 3e-3) << g;
+    EXPECT_FALSE(warned(one, "bends by up to"));
+    const std::vector<std::string> notes = one.statistics.notes.texts(Severity::note);
+    EXPECT_TRUE(std::any_of(notes.begin(), notes.end(), [](const std::string& n) {
+      return n.find("large_bending switched on") != std::string::npos;
+    })) << g;
   }
 }
 
