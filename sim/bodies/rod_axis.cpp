@@ -41,30 +41,36 @@ void sines(const double* t, Eigen::Index n, double* sine, double* versed) {
   }
 }
 
-// J = phi + A D: points x points times points x n; rows in fours.
+// Rows r .. r + 4 fours of J = phi + A D; of A the columns before `last` are not zero there.
+template <int fours>
+FLEXFRAME_INLINE void carry_rows(const MatX& phi, const MatX& A, const MatX& D, Eigen::Index r, Eigen::Index last, MatX& J) {
+  const Eigen::Index points = A.rows(), n = D.cols();
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const double *const d = D.data() + k * points, *a = A.data() + r;
+    const double* const p = phi.data() + k * points + r;
+    Four sum[fours];
+    for (int f = 0; f < fours; ++f) sum[f] = four(p + 4 * f).v;
+    for (Eigen::Index i = 0; i < last; ++i, a += points)
+      for (int f = 0; f < fours; ++f) sum[f] += four(a + 4 * f).v * d[i];
+    for (int f = 0; f < fours; ++f) four(J.data() + k * points + r + 4 * f).v = sum[f];
+  }
+}
+
+// The columns of A that the rows r .. r + count - 1 reach: of several panels a particle has nothing of those beyond its own.
+Eigen::Index reach(const MatX& A, Eigen::Index r, Eigen::Index count) {
+  Eigen::Index last = A.cols();
+  while (last > 0 && A.col(last - 1).segment(r, count).isZero(0.0)) --last;
+  return last;
+}
+
+// J = phi + A D: points x points times points x n.
 FLEXFRAME_WIDE
 void carry(const MatX& phi, const MatX& A, const MatX& D, MatX& J) {
-  const Eigen::Index points = A.rows(), n = D.cols();
-  for (Eigen::Index r = 0; r < points; r += 8) {
-    const bool both = r + 8 <= points;
-    for (Eigen::Index k = 0; k < n; ++k) {
-      const double *const d = D.data() + k * points, *a = A.data() + r;
-      const double* const p = phi.data() + k * points + r;
-      double* const out = J.data() + k * points + r;
-      Four low = four(p).v;
-      if (both) {
-        Four high = four(p + 4).v;
-        for (Eigen::Index i = 0; i < points; ++i, a += points) {
-          low += four(a).v * d[i];
-          high += four(a + 4).v * d[i];
-        }
-        four(out + 4).v = high;
-      } else {
-        for (Eigen::Index i = 0; i < points; ++i, a += points) low += four(a).v * d[i];
-      }
-      four(out).v = low;
-    }
-  }
+  const Eigen::Index points = A.rows();
+  Eigen::Index r = 0;
+  for (; r + 16 <= points; r += 16) carry_rows<4>(phi, A, D, r, reach(A, r, 16), J);
+  if (r + 8 <= points) carry_rows<2>(phi, A, D, r, reach(A, r, 8), J), r += 8;
+  if (r < points) carry_rows<1>(phi, A, D, r, reach(A, r, 4), J);
 }
 
 // M = rest + JX^T JX + JY^T JY.
