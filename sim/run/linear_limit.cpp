@@ -165,6 +165,9 @@ double radians_by_rates(const VecX& history) {
 
 }  // namespace
 
+// An evaluation of a rod takes as many products as the cube of its coordinates, several for each: beyond this volumes are the better way.
+constexpr int most_coordinates_of_rod = 64;
+
 std::vector<LinearLimit> linear_limits(const Scene& scene, const Model& model, const Results& results) {
   std::vector<LinearLimit> out;
   for (size_t b = 0; b < results.bodies.size(); ++b) {
@@ -178,9 +181,9 @@ std::vector<LinearLimit> linear_limits(const Scene& scene, const Model& model, c
     LinearLimit limit;
     limit.body = static_cast<int>(b);
     limit.pieces = pieces;
-    limit.may_go_on = !rod && std::any_of(model.effects.begin(), model.effects.end(), [&](const EffectState& s) {
-      return s.body == limit.body && s.effect == "large_bending" && s.possible;
-    });
+    limit.may_go_on = !rod && model.parts[model.pieces[b].front()].body.n <= most_coordinates_of_rod &&
+                      std::any_of(model.effects.begin(), model.effects.end(),
+                                  [&](const EffectState& s) { return s.body == limit.body && s.effect == "large_bending" && s.possible; });
     // A volume's share in the error of the frequency goes with its share in the deformation, whose energy goes with the square of the turn
     // as well.
     double squares = 0.0, fourths = 0.0;
