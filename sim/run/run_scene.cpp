@@ -44,7 +44,7 @@ struct Called {
   double asked = unasked_accuracy;
   bool more = false;
   // Of the deflection, what bending in a body's own frame may lack before it is followed further: all that is tolerated, or of an accuracy
-  // that is asked for a share which leaves room for the errors of time and space, as following it costs half as much again.
+  // that is asked for a share which leaves room for the errors of time and space, as following it costs twice as much.
   double tolerated_bending() const { return asked == unasked_accuracy ? asked : 0.2 * asked; }
 };
 
