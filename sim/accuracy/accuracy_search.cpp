@@ -108,7 +108,7 @@ Search::Search(const Scene& scene, const SimulateOptions& options) : scene_(scen
   touches = has_events(system);
   bodies_ = resolvable_bodies(scene_, system.model);
   reads_forces = std::any_of(scene_.outputs.begin(), scene_.outputs.end(), [](const OutputDef& o) { return is_force(o.quantity); });
-  for (const Part& p : system.model.parts) elastic = elastic || p.body.stiffness.size() > 0;
+  for (const Part& p : system.model.parts) elastic = elastic || p.body.n > 0;
   for (const Part& p : system.model.parts) undamped = undamped && p.body.De.size() == 0;
   for (const Part& p : system.model.parts)
     rings = rings && (p.body.De.size() == 0 || barely_damped(scene_.bodies[static_cast<size_t>(p.scene_body)]));

@@ -34,7 +34,7 @@ constexpr double surely_far = 5.0;
 // A run as it is written is not waited for longer, CPU s; one that follows vibrations is never given up before (a search takes longer).
 constexpr double longest = 120.0, shortest = 3.0;
 // Estimates of what one frame lacks were up to 1.25 times too low (linear_limit.cpp); where so much is kept too nothing is measured.
-constexpr double bending_margin = 1.5, unmeasured = 1e300;
+constexpr double bending_margin = 1.3, unmeasured = 1e300;
 // CPU s of a run as written whose effects are not called for by another one.
 constexpr double dear_run = 1.0;
 // A looser run that takes longer than so many times the run itself has lost its way (arm with a payload: 16 CPU s, five times the run);
@@ -372,10 +372,13 @@ std::optional<Finished> Straight::followed(double within) const {
   constexpr double most_at_first = 16.0;
   // Where rates decay too, steps cost what the fastest vibration asks for, whatever the tolerance.
   const double tolerance = t_.search.undamped ? 3e-4 * t_.accuracy : std::min(3e-4 * t_.accuracy, 1e-5 * std::sqrt(t_.accuracy));
-  // Down to this the exponential method's steps cost little more (slider-crank, 1e-4 to 3e-7: 0.11 to 0.19 CPU s), and errors of time do
-  // not hide what modes lack.
+  // Where something stretches or twists, which sets the steps, the exponential method costs little more down to this (slider-crank, 1e-4 to
+  // 3e-7: 0.11 to 0.19 CPU s), and errors of time do not hide what modes lack. Bending alone takes seven times the steps for it.
   constexpr double nearly_free = 3e-7;
-  const double clear = std::min(tolerance, std::max(nearly_free, 3e-5 * t_.accuracy));
+  const bool stiff = std::any_of(t_.search.states.begin(), t_.search.states.end(), [&](const EffectState& s) {
+    return (s.effect == "axial" || s.effect == "torsion") && (s.on || (s.possible && t_.search.decides(s)));
+  });
+  const double clear = stiff ? std::min(tolerance, std::max(nearly_free, 3e-5 * t_.accuracy)) : tolerance;
   task.setting = {Search::level_for_modes(std::min(modes, most_at_first)), std::clamp(clear, 1e-10, 1e-4)};
   task.coarse = task.loose = looser_;
   task.rigid = MatX::Zero(looser_.values.rows(), looser_.values.cols());

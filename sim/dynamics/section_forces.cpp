@@ -111,6 +111,8 @@ SectionForces::SectionForces(const Model& model, const Scene& scene) : at_(model
     }
     beam.place.resize(beam.x.size());
     beam.axes.resize(beam.x.size());
+    beam.beyond_rate.assign(beam.x.size(), Vec3::Zero());
+    beam.beyond_second = beam.beyond_rate;
     beam.left.resize(beam.x.size() - 1);
     beam.right.resize(beam.x.size() - 1);
     acting_.emplace_back(beam.x.size(), Vec6::Zero());
@@ -159,7 +161,7 @@ void SectionForces::cut(const Model& model, const Work& work, size_t beam) {
   const auto along = [&](size_t k, Vec3& moment) {
     Vec3 rate = Vec3::Zero(), second = rate, turning = w, turn = spin;
     if (elastic) {
-      rate = b.phi[k] * p.qd, second = b.phi[k] * p.qdd;
+      rate = b.phi[k] * p.qd + b.beyond_rate[k], second = b.phi[k] * p.qdd + b.beyond_second[k];
       const Vec3 turn_rate = b.psi[k] * p.qd;
       turning += turn_rate;
       turn += b.psi[k] * p.qdd + w.cross(turn_rate);
@@ -207,31 +209,69 @@ void SectionForces::cut(const Model& model, const Work& work, size_t beam) {
 
 namespace {
 
-// What an axis that turns from one slope to another over a length has beyond first order, along and across: of second order, or exactly.
-Vec3 beyond_linear(double length, const Vec3& before, const Vec3& after, bool exact) {
-  if (!exact) return {-length / 6.0 * (before.squaredNorm() + before.dot(after) + after.squaredNorm()), 0.0, 0.0};
-  const auto at = [](const Vec3& slope) {
-    const double angle = slope.norm();
-    return Vec3(std::cos(angle) - 1.0, 0.0, 0.0) + (angle > 0.0 ? std::sin(angle) / angle - 1.0 : 0.0) * slope;
-  };
-  return length / 6.0 * (at(before) + 4.0 * at(0.5 * (before + after)) + at(after));
+// The slope of an axis, its rate and its acceleration; and of what they make.
+struct Turning {
+  Vec3 value = Vec3::Zero(), rate = Vec3::Zero(), second = Vec3::Zero();
+};
+
+Turning mean(const Turning& a, const Turning& b) {
+  return {0.5 * (a.value + b.value), 0.5 * (a.rate + b.rate), 0.5 * (a.second + b.second)};
 }
+
+// What a turned axis has beyond first order, along and across, per length: of second order, or exactly (it bends in one plane then).
+Turning beyond_linear(const Turning& s, bool exact) {
+  const double squared = s.value.squaredNorm();
+  Turning out;
+  if (!exact) {
+    out.value.x() = -0.5 * squared;
+    out.rate.x() = -s.value.dot(s.rate);
+    out.second.x() = -s.rate.squaredNorm() - s.value.dot(s.second);
+    return out;
+  }
+  const double most = std::max({s.value.norm(), s.rate.norm(), s.second.norm()});
+  if (most == 0.0) return out;
+  const Vec3& largest = s.value.norm() == most ? s.value : s.rate.norm() == most ? s.rate : s.second;
+  const Vec3 across = largest / most;
+  const double angle = s.value.dot(across), w = s.rate.dot(across), a = s.second.dot(across);
+  const double half = std::sin(0.5 * angle), versed = -2.0 * half * half, sine = std::sin(angle);
+  out.value = Vec3(versed, 0.0, 0.0) + (sine - angle) * across;
+  out.rate = Vec3(-sine * w, 0.0, 0.0) + versed * w * across;
+  out.second = Vec3(-sine * a - std::cos(angle) * w * w, 0.0, 0.0) + (versed * a - sine * w * w) * across;
+  return out;
+}
+
+// Adds that of an axis that turns from one slope to another over a length (Simpson).
+void add_beyond(double length, const Turning& before, const Turning& after, bool exact, Turning& sum) {
+  const Turning first = beyond_linear(before, exact), middle = beyond_linear(mean(before, after), exact),
+                last = beyond_linear(after, exact);
+  sum.value += length / 6.0 * (first.value + 4.0 * middle.value + last.value);
+  sum.rate += length / 6.0 * (first.rate + 4.0 * middle.rate + last.rate);
+  sum.second += length / 6.0 * (first.second + 4.0 * middle.second + last.second);
+}
+
+Vec3 slope_of(const Vec3& turned) { return {0.0, turned.z(), -turned.y()}; }
 
 }  // namespace
 
 void SectionForces::evaluate(const Model& model, Work& work, const Reactions& reactions) {
   for (CutBeam& b : beams_) {
-    const VecX& q = work.parts[b.part].q;
-    const bool exact = model.parts[b.part].body.rod != nullptr;
-    Vec3 beyond = Vec3::Zero(), before = beyond;  // by the slopes from the root on
+    const PartWork& p = work.parts[b.part];
+    const VecX& q = p.q;
+    const bool exact = model.parts[b.part].body.rod != nullptr, moves = p.qdd.size() > 0;
+    Turning beyond, before;  // by the slopes from the root on
     for (size_t k = 0; k < b.x.size(); ++k) {
       b.place[k] = Vec3(b.x[k], 0.0, 0.0);
       b.axes[k].setIdentity();
       if (q.size() > 0) {
-        const Vec3 turned = b.psi[k] * q, slope(0.0, turned.z(), -turned.y());
-        if ((b.shortens || exact) && k > 0) beyond += beyond_linear(b.x[k] - b.x[k - 1], before, slope, exact);
+        const Vec3 turned = b.psi[k] * q;
+        Turning slope;
+        slope.value = slope_of(turned);
+        if (moves) slope.rate = slope_of(b.psi[k] * p.qd), slope.second = slope_of(b.psi[k] * p.qdd);
+        if ((b.shortens || exact) && k > 0) add_beyond(b.x[k] - b.x[k - 1], before, slope, exact, beyond);
         before = slope;
-        b.place[k] += b.phi[k] * q + beyond;
+        b.place[k] += b.phi[k] * q + beyond.value;
+        b.beyond_rate[k] = beyond.rate;
+        b.beyond_second[k] = beyond.second;
         b.axes[k] = rotation_exp(turned);
       }
       b.place[k] += b.axes[k] * b.beside[k];

@@ -26,6 +26,8 @@ struct CutBeam {
   // the inboard one [N Vy Vz T My Mz] about the section's centre, section axes, at both ends of every interval (N, Nm; tension positive).
   std::vector<Vec3> place;
   std::vector<Mat3> axes;
+  // What bending moves the places by beyond first order: its rate and its acceleration, body frame, m/s and m/s^2.
+  std::vector<Vec3> beyond_rate, beyond_second;
   std::vector<Vec6> left, right;  // x.size() - 1
 };
 

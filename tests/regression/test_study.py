@@ -112,9 +112,12 @@ with temporary_folder() as folder:
     done = run("study", scene, "-o", folder / "x", "--axes", "tolerance", "--reference", folder / "bad.csv", code=2)
     expect("bad.csv" in done.stderr, f"bad reference: {done.stderr}")
 
-    # An asked accuracy is kept, and its estimate is honest: within a factor of five of the truth, which is the finest setting here.
+    # An asked accuracy is kept, and its estimate is honest: within a factor of five of the truth, which has many elements and follows the
+    # bending to any turn; the scene's list of effects does not, and that is most of what is told at 1e-3.
     fine = folder / "fine.toml"
-    fine.write_text(short.replace("elements = 4", "elements = 20"))
+    finer = short.replace("elements = 4", "elements = 20").replace('"stiffening"]', '"stiffening", "large_bending"]')
+    expect(finer.count("large_bending") == 1, "the pendulum lists other effects")
+    fine.write_text(finer)
     run("simulate", fine, "--csv", folder / "fine.csv", "--tolerance", "1e-9", "--no-error-estimate")
     truth = history(folder / "fine.csv")
     for asked in [1e-2, 1e-3]:
@@ -140,8 +143,9 @@ with temporary_folder() as folder:
     )
     run("simulate", folder / "crank.toml", "--csv", folder / "crank.csv", "--tolerance", "1e-6", "--method", "erk", "--no-error-estimate")
     truth = history(folder / "crank.csv")
-    # Asked for are whole vectors, whose components have one range: 3019 evaluations at 1e-3 (below 3000 where the worst component counted).
-    for asked, dearest in [(1e-2, 1000), (1e-3, 3300)]:
+    # Asked for are whole vectors, whose components have one range. At 1e-3 the first run that follows the vibrations is the result, 4854
+    # evaluations and 0.9 CPU s in all; a search found one of 810 and took 3.8.
+    for asked, dearest in [(1e-2, 1000), (1e-3, 5500)]:
         summary = json.loads(run("simulate", crank_scene, "--csv", folder / "a.csv", "--accuracy", asked, "--json").stdout)["simulation"]
         estimate, error = summary["accuracy"]["error"], largest_error(history(folder / "a.csv"), truth)
         print(

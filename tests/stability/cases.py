@@ -1357,7 +1357,7 @@ def let_go_told(run):
 
 @case("the advice of that warning followed to the letter", "error against a chain of links / range", 0.01)
 def let_go_advised(run):
-    _, summary = judged(run, let_go(40, "elements = 8"))
+    _, summary = judged(run, let_go(40, 'elements = 8\neffects = ["bending_xy", "stiffening"]'))
     volumes = re.search(r'model = "mixed" with volumes = (\d+)', " ".join(summary["warnings"]))[1]
     h, _ = judged(run, let_go(40, f'model = "mixed"\nvolumes = {volumes}'), "--no-error-estimate")
     return off_links(h, 40)

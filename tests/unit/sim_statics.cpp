@@ -80,7 +80,7 @@ TEST(Statics, BendingBeyondLinearTheoryIsSaid) {
         fmt::format("[[force]]\nkind = \"force\"\non = \"beam.tip\"\ndirection = [0, -1, 0]\nvalue = {}\n", load * stiffness / 0.25) +
         output("tip", "beam.tip", "position"));
   };
-  const std::string modal = "model = \"modal\"\nmodes = { bending_xy = [1, 2, 3] }";
+  const std::string modal = "model = \"modal\"\nmodes = { bending_xy = [1, 2, 3] }\neffects = [\"bending_xy\"]";
   const std::string elements = "elements = 10\neffects = [\"bending_xy\"]",
                     second_order = "elements = 10\neffects = [\"bending_xy\", \"stiffening\"]";
   for (const std::string& model : {elements, second_order})
@@ -94,6 +94,12 @@ TEST(Statics, BendingBeyondLinearTheoryIsSaid) {
     ASSERT_NE(at, std::string::npos) << said;
     const double error = 100.0 * (-column(r, "tip.y")[0] / 0.5 / exact - 1.0);
     EXPECT_NEAR(std::stod(said.substr(at + 15)), error, 0.25 * error) << said;
+  }
+  // Left to the program, large bending is followed in the same forms.
+  for (const auto& [load, exact] : {std::pair{0.5, 0.16208}, std::pair{1.0, 0.30172}}) {
+    const Results r = cantilever(load, "model = \"modal\"\nmodes = { bending_xy = [1, 2, 3] }");
+    EXPECT_TRUE(r.statistics.notes.texts(Severity::warning).empty()) << load;
+    EXPECT_NEAR(-column(r, "tip.y")[0] / 0.5 / exact, 1.0, 0.01) << load;
   }
 }
 
