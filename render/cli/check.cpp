@@ -5,6 +5,7 @@
 
 #include "sim/dynamics/directions.h"
 #include "sim/model/mounted_modes.h"
+#include "sim/results/outputs.h"
 #include "sim/run/across_plane.h"
 #include "sim/run/effect_report.h"
 #include "sim/run/expected_turn.h"
@@ -222,6 +223,8 @@ Command add_check(Program& program) {
   return {app, [words] {
             const Job job = read_job(words->scene, words->settings);
             sim::System system = sim::make_system(job.scene);
+            sim::Model with_outputs = system.model;
+            sim::plan_outputs(with_outputs, system.scene);  // places that outputs name and that nothing has
             system.notes.tell(job.mesh_notes);
             system.notes.append(sim::expected_turns(system, sim::unasked_accuracy));
             sim::warn_of_leaving_plane(job.scene, sim::effect_states(job.scene, system.model), system.notes);

@@ -47,4 +47,16 @@ child = "b"
         near(part["joint 'lower'"] / part["joint 'upper'"], sign * math.sqrt(2) - 1, 1e-7, "shape of the double pendulum")
     expect("joint 'upper' 1, joint 'lower' 0.414" in run("check", scene).stdout, "check does not print the shape")
 expect(not pathlib.Path("cantilever").exists(), "check writes something")
+# Places that outputs name are looked for too.
+with temporary_folder() as folder:
+    scene = pathlib.Path(folder) / "outputs.toml"
+    text = (source / "tests/regression/cantilever.toml").read_text().split("[render]")[0]
+    body = re.search(r'\[\[body\]\]\s*name = "([^"]*)"', text)[1]
+    for wrong in (
+        f'of = "{body}.tip"\nquantity = "displacement"\nrelative_to = ["rooz", "tip"]',
+        f'of = "{body}.tipp"\nquantity = "position"',
+    ):
+        scene.write_text(f'{text}\n[[output]]\nname = "where"\n{wrong}\n')
+        message = run("check", scene, code=2).stderr
+        expect("where" in message and ("rooz" in message or "tipp" in message), f"check of a place that is not there: {message}")
 finish()
