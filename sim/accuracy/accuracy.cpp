@@ -1,6 +1,7 @@
 #include "sim/accuracy/accuracy.h"
 
 #include "sim/accuracy/accuracy_task.h"
+#include "sim/run/coarse_beams.h"
 #include "sim/run/run_scene.h"
 #include "sim/time/system.h"
 
@@ -324,6 +325,7 @@ Results stated(const Task& t, const Finished& found, const Searched& searched, c
   SolverStatistics& s = results.statistics;
   s.error_estimate = found.error;
   s.error_column = found.column;
+  warn_of_tipping(found.scene, t.search.states, results, s.notes);
   if (s.error_estimate > accuracy)
     s.notes.warn("", fmt::format("the requested accuracy of {:g} was not reached: the estimated error is {:.1e} of the range of {}{}",
                                  accuracy, s.error_estimate, found.column,

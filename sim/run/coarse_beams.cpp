@@ -462,6 +462,25 @@ std::vector<size_t> beams_that_may_tip(const Scene& scene, const std::vector<Eff
   return out;
 }
 
+void warn_of_tipping(const Scene& scene, const std::vector<EffectState>& effects, const Results& results, Notes& notes) {
+  for (size_t b = 0; b < scene.bodies.size() && b < results.bodies.size(); ++b) {
+    const std::string& name = scene.bodies[b].name;
+    const auto* beam = std::get_if<BeamDef>(&scene.bodies[b].kind);
+    if (!beam || !is_on(effects, name, "large_bending") || results.bodies[b].nodes.size() < 2) continue;
+    const double bent = is_on(effects, name, "bending_xy") ? beam->section.iz : beam->section.iy;
+    const double across = is_on(effects, name, "bending_xy") ? beam->section.iy : beam->section.iz;
+    const double moment = moment_for_tipping(*beam, results.bodies[b]);
+    // A section as stiff in both planes does not tip, however far it bends: of an even moment 1 - EI_across / EI counts (Timoshenko, Gere
+    // 1961, 6.3).
+    if (!(bent > across) || moment * std::sqrt(1.0 - across / bent) <= 2.0 * may_tip) continue;
+    notes.warn(fmt::format("body '{}'", name),
+               fmt::format("bends across its stiff way so far that it may tip over sideways, which this scene does not show: M L / sqrt(EI "
+                           "GJ) reaches {:.2g}, and a cantilever tips at 1.6 under an even moment, at 4.0 under a force at its tip; take "
+                           "model = \"mixed\" with the effects bending_xz, bending_xy and torsion",
+                           moment));
+  }
+}
+
 void warn_of_coarse_beams(const std::vector<CoarseBeam>& beams, double asked, Notes& notes) {
   for (const CoarseBeam& b : beams)
     if (b.share > asked && b.cause == CoarseBeam::Cause::axis)

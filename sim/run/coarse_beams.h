@@ -46,6 +46,10 @@ std::vector<size_t> beams_between_samples(const Scene& scene, const std::vector<
 // enough is told by a run with half of them (model_check.h).
 std::vector<size_t> beams_that_may_tip(const Scene& scene, const std::vector<EffectState>& effects, const Results& results);
 
+// A warning for each beam with large_bending that bends in one plane across its stiff way so far that it may tip over sideways, which a
+// plane scene does not show.
+void warn_of_tipping(const Scene& scene, const std::vector<EffectState>& effects, const Results& results, Notes& notes);
+
 // A warning for each whose share is beyond `asked`.
 void warn_of_coarse_beams(const std::vector<CoarseBeam>& beams, double asked, Notes& notes);
 

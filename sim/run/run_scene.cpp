@@ -281,6 +281,7 @@ Results simulate_once(const Scene& scene, const SimulateOptions& options, std::v
   report_left_out(scene, alone.to_measure, unasked_accuracy, results.statistics);
   warn_of_coarse_beams(coarse_beams(scene, alone.effects, results), sure_of_coarse * unasked_accuracy, results.statistics.notes);
   warn_of_held_warping(scene, alone.effects, results, unasked_accuracy, results.statistics.notes);
+  warn_of_tipping(scene, alone.effects, results, results.statistics.notes);
   if (!into && judges_effects(scene, options)) warn_of_leaving_plane(scene, alone.effects, results.statistics.notes);
   if (into) {
     *into = alone.limits;
