@@ -237,11 +237,11 @@ Holds holds_of(const Beam& beam, const Group& g, const LongBody& body, const std
       } else {
         const auto along = [&](Eigen::Index column) { return g.fields(beam::kV, column) != 0.0 ? size_t{0} : size_t{1}; };
         const beam::Deflections both = beam::deflections(p, beam.effects, xi, layout.length(element));
-        for (Eigen::Index by = 0; by < per; ++by) {
-          if (is_slope(g, by) || (by != c && !both.coupled)) continue;
-          const beam::Deflection& d = both.of[along(c)][along(by)];
+        for (Eigen::Index other = 0; other < per; ++other) {
+          if (is_slope(g, other) || (other != c && !both.coupled)) continue;
+          const beam::Deflection& d = both.of[along(c)][along(other)];
           const Eigen::Vector4d& f = rotation ? d.slope : d.value;
-          for (Eigen::Index i = 0; i < 4; ++i) row[(element + i / 2) * per + by + i % 2] = (rotation ? size : 1.0) * f[i];
+          for (Eigen::Index i = 0; i < 4; ++i) row[(element + i / 2) * per + other + i % 2] = (rotation ? size : 1.0) * f[i];
         }
       }
       to.push_back(row);
