@@ -194,6 +194,7 @@ void tell_of_frequencies(const System& system, const Linearisation& linear, cons
   if (own.size() == 0) return;
   // What the differences leave of a motion without stiffness is no vibration.
   const double rest = 1e-6 * own[own.size() - 1];
+  VecX by_shapes;
   for (const RicherBeams& r : richer) {
     if (r.by == RicherBeams::By::further) continue;
     VecX other;
@@ -202,9 +203,14 @@ void tell_of_frequencies(const System& system, const Linearisation& linear, cons
     } catch (const SimulationError&) {
       continue;
     }
+    if (r.by == RicherBeams::By::shapes) by_shapes = other;
     Eigen::Index first = -1, last = -1;
     for (Eigen::Index i = 0; i < std::min(own.size(), other.size()); ++i) {
       if (own[i] <= rest || std::abs(own[i] - other[i]) <= asked * other[i]) continue;
+      // What shapes alone change is said of them; shear is told of where it adds to that.
+      const bool same = r.by == RicherBeams::By::shear && i < by_shapes.size() && std::abs(own[i] - by_shapes[i]) > asked * by_shapes[i] &&
+                        std::abs(other[i] - by_shapes[i]) <= 0.3 * asked * other[i];
+      if (same) continue;
       if (first < 0) first = i;
       if (own[i] <= (1.0 + 1e-6) * highest) last = i;  // it may be a mode's own
     }
