@@ -202,8 +202,8 @@ void Point::exact_matrices() {
   M = 0.5 * (M + M.transpose()).eval();
 }
 
-// Whether the start lies within a billionth of the mechanism's size of an equilibrium. Springs at their rest lengths without other loads have
-// forces that are nothing but rounding of places, and no load to compare them with.
+// Whether the start lies within a billionth of the mechanism's size of an equilibrium. Springs at their rest lengths without other loads
+// have forces that are nothing but rounding of places, and no load to compare them with.
 bool Point::beside_equilibrium() {
   constexpr double near = 1e-9;
   constexpr Eigen::Index most = 100;  // of directions; each takes an evaluation

@@ -310,15 +310,15 @@ def questions(rows):
 
 
 def price_lines(rows):
-    """What asking costs over the cheapest setting by hand that keeps the same: over all scenes, and the worst three of each question."""
+    """What asking costs over the cheapest setting by hand that keeps the same: over all scenes, and the worst one of each question."""
     lines = ["| asked | scenes | kept | warned | open, no truth | refused, slow | silent | with a price | median | ninth decile | worst |",
              "|---" * 11 + "|"]  # fmt: skip
-    for a in questions(rows):
+    for a in sorted(questions(rows), key=lambda a: -float(a.split()[0])):
         mine = [r for r in rows if r["asked"] == a]
         n = collections.Counter(r["verdict"] for r in mine)
         dear = sorted((r for r in mine if r.get("hand") and r["verdict"] == "kept"), key=lambda r: -r["cpu"] / r["hand"])
         of = [r["cpu"] / r["hand"] for r in dear]
-        worst = ", ".join(f"{r['scene'].split('/')[-1]} {r['cpu'] / r['hand']:.1f} ({r['cpu']:.2g} s)" for r in dear[:3])
+        worst = ", ".join(f"{r['scene'].split('/')[-1]} {r['cpu'] / r['hand']:.1f} ({r['cpu']:.2g} s)" for r in dear[:1])
         lines.append(
             f"| {a} | {len(mine)} | {n['kept']} | {n['warned']} | {n['open'] + n['no truth']} | {n['refused'] + n['slow'] + n['broken']} | "
             f"{n['SILENT']} | {len(of)} | " + " | ".join(f"{np.percentile(of, q):.1f}" if of else "-" for q in (50, 90)) + f" | {worst} |"

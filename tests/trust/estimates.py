@@ -66,6 +66,15 @@ def verdict(estimate, true):
     return "too large" if true < estimate else "too small"
 
 
+def shortened(text, most=112):
+    """The text up to its last comma or semicolon before `most` characters, if it is longer: rows of a page have 140."""
+    if len(text) <= most:
+        return text
+    head = text[:most]
+    at = max(head.rfind(","), head.rfind(";"))
+    return head[:at] if at > 0 else head[: head.rfind(" ")]
+
+
 def table(done, errors):
     """Rows by kind: how many estimates are kept, too large, too small; median of true over estimated."""
     heads = ["kind of scene", "scenes", "time: kept", "estimate too large", "too small", "largest true/told"]
@@ -84,7 +93,7 @@ def table(done, errors):
         sums += counts
         largest = max(r[4] / r[3] for r in rows)
         totals = "".join(f" {n} |" for n in counts[4:]) if errors else ""
-        lines.append(f"| {title(kind)} | " + " | ".join(map(str, counts[:4])) + f" | {largest:.2g} |" + totals)
+        lines.append(f"| {shortened(title(kind))} | " + " | ".join(map(str, counts[:4])) + f" | {largest:.2g} |" + totals)
     totals = "".join(f" {n} |" for n in sums[4:]) if errors else ""
     lines.append("| all | " + " | ".join(map(str, sums[:4])) + " | |" + totals)
     print(
