@@ -229,8 +229,8 @@ Command add_check(Program& program) {
             system.notes.append(sim::expected_turns(system, sim::unasked_accuracy));
             sim::warn_of_leaving_plane(job.scene, sim::effect_states(job.scene, system.model), system.notes);
             const sim::Linearisation linear = sim::linearise(system);
-            sim::tell_of_frequencies(system, linear, sim::richer_beams(system), sim::unasked_accuracy, sim::sixth_frequency(linear),
-                                     system.notes);
+            sim::tell_of_frequencies(system, linear, sim::richer_beams(system, system.notes), sim::unasked_accuracy,
+                                     sim::sixth_frequency(linear), system.notes);
             if (words->json) {
               print_json(system, linear);
               return 0;

@@ -120,8 +120,8 @@ int respond(const Words& w) {
   make_folder(fs::absolute(csv).parent_path());
   sim::write_whole_file(csv, response_csv(r, frequencies));
   sim::write_whole_file(svg, film::diagram_svg(response_diagram(r, frequencies, w.force)));
-  const std::vector<sim::RicherBeams> richer = sim::richer_beams(system);
   sim::Notes told = system.notes;
+  const std::vector<sim::RicherBeams> richer = sim::richer_beams(system, told);
   const sim::Linearisation linear = sim::linearise(system);
   tell_of_undamped(linear, frequencies, told);
   sim::tell_of_frequencies(system, linear, richer, sim::unasked_accuracy, frequencies[frequencies.size() - 1], told);

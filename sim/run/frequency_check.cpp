@@ -28,11 +28,7 @@ std::optional<Scene> as_elements(const Scene& scene, const std::vector<EffectSta
   BeamDef& beam = std::get<BeamDef>(out.bodies[body].kind);
   beam.model = BeamModel::finite_element;
   beam.curvature_coupling = false;
-  beam.effects.automatic = false;
-  beam.effects.names.clear();
-  for (const EffectState& s : states)
-    if (s.body == static_cast<int>(body) && s.on && s.effect != "gyroscopic" && s.effect != "damping")
-      beam.effects.names.push_back(s.effect);
+  list_effects(states, out.bodies[body].name, beam);
   return out;
 }
 
@@ -106,7 +102,7 @@ std::optional<Scene> with_further(const Scene& scene, const std::vector<EffectSt
 }
 
 // The first change that finds a beam is made of the scene, those of further beams of what came out.
-std::optional<RicherBeams> richer_by(const System& system, RicherBeams::By by) {
+std::optional<RicherBeams> richer_by(const System& system, RicherBeams::By by, bool& too_many) {
   RicherBeams out;
   out.by = by;
   Scene scene = system.scene;
@@ -129,8 +125,9 @@ std::optional<RicherBeams> richer_by(const System& system, RicherBeams::By by) {
   } catch (const SimulationError&) {
     return std::nullopt;
   }
-  if (independent_directions(out.system.model, out.system.work).size() > most_directions) return std::nullopt;
-  return out;
+  if (independent_directions(out.system.model, out.system.work).size() <= most_directions) return out;
+  too_many = too_many || by == RicherBeams::By::shapes;
+  return std::nullopt;
 }
 
 std::string with_words(const RicherBeams& richer) {
@@ -173,10 +170,14 @@ VecX undamped_frequencies(const Linearisation& linear) {
   return squares.cwiseMax(0.0).cwiseSqrt() / (2.0 * std::numbers::pi);
 }
 
-std::vector<RicherBeams> richer_beams(const System& system) {
+std::vector<RicherBeams> richer_beams(const System& system, Notes& notes) {
   std::vector<RicherBeams> out;
+  bool too_many = false;
   for (const RicherBeams::By by : {RicherBeams::By::shapes, RicherBeams::By::shear, RicherBeams::By::further})
-    if (std::optional<RicherBeams> richer = richer_by(system, by)) out.push_back(std::move(*richer));
+    if (std::optional<RicherBeams> richer = richer_by(system, by, too_many)) out.push_back(std::move(*richer));
+  if (too_many)
+    notes.tell("", fmt::format("how right the frequencies are was not looked at: finer beams would have more than {} degrees of freedom",
+                               most_directions));
   return out;
 }
 

@@ -24,8 +24,8 @@ struct RicherBeams {
   System system;
 };
 
-// Those that apply; none where they have more than 200 directions, or the beams' coordinates are given one by one.
-std::vector<RicherBeams> richer_beams(const System& system);
+// Those that apply; none where they have more than 200 directions, which a note says, or the beams' coordinates are given one by one.
+std::vector<RicherBeams> richer_beams(const System& system, Notes& notes);
 
 // Tells of the vibrations that a richer model moves by more than `asked`, relative: a warning for each kind of model that moves one up to
 // `highest` Hz, else a note. linear: of the system.

@@ -135,6 +135,13 @@ std::optional<Found> between(const Histories& richer_run, const Histories& run, 
 
 }  // namespace
 
+void list_effects(const std::vector<EffectState>& states, const std::string& body, BeamDef& beam) {
+  beam.effects.automatic = false;
+  beam.effects.names.clear();
+  for (const EffectState& s : states)
+    if (s.owner == body && s.on && s.effect != "gyroscopic" && s.effect != "damping") beam.effects.names.push_back(s.effect);
+}
+
 namespace {
 
 // The beam with these effects, its places named apart from nodes; null where the scene gives what another model cannot take over.
@@ -145,10 +152,7 @@ BeamDef* remade(Scene& scene, const std::vector<EffectState>& states, size_t bod
   if (!name_places(scene, *beam, name)) return nullptr;
   std::erase_if(scene.outputs,
                 [&](const OutputDef& o) { return o.of.body == name && (o.quantity == Quantity::q || o.quantity == Quantity::qd); });
-  beam->effects.automatic = false;
-  beam->effects.names.clear();
-  for (const EffectState& s : states)
-    if (s.owner == name && s.on && s.effect != "gyroscopic" && s.effect != "damping") beam->effects.names.push_back(s.effect);
+  list_effects(states, name, *beam);
   beam->modes.clear();
   beam->keep_modes.reset();
   beam->keep_axial.reset();

@@ -24,6 +24,9 @@ std::optional<Scene> with_volumes(const Scene& scene, const std::vector<EffectSt
 // The same with the beam as finite elements in one frame that hold nothing by themselves.
 std::optional<Scene> with_elements(const Scene& scene, const std::vector<EffectState>& states, size_t body);
 
+// The beam has the effects that are on, by name, and the program chooses no others. body: its name.
+void list_effects(const std::vector<EffectState>& states, const std::string& body, BeamDef& beam);
+
 // How the note or warning about a beam of eigenforms begins, whose owner it is.
 inline constexpr std::string_view misfit_words = "its modes are those of";
 

@@ -35,7 +35,7 @@ Told told_of(const std::string& scene, double height) {
   const System system = make_system(parse_scene(scene, "beam.toml"));
   const Linearisation linear = linearise(system);
   Notes notes;
-  tell_of_frequencies(system, linear, richer_beams(system), 0.01, sixth_frequency(linear), notes);
+  tell_of_frequencies(system, linear, richer_beams(system, notes), 0.01, sixth_frequency(linear), notes);
   Told out;
   std::vector<double> hertz;
   for (const LinearMode& mode : linear.modes)
@@ -95,7 +95,7 @@ TEST(FrequencyCheck, ResponsesAlongTheAxisNeedLengthening) {
     // cos 45 degrees L / EA.
     const double along = std::abs(r.values(0, 0)), wanted = std::sqrt(0.5) / (2.1e11 * 4e-4);
     Notes notes;
-    tell_of_response(system, "push", r, richer_beams(system), 0.01, notes);
+    tell_of_response(system, "push", r, richer_beams(system, notes), 0.01, notes);
     EXPECT_EQ(std::abs(along - wanted) > 0.01 * wanted, notes.has(Severity::warning)) << axial << " " << along;
     EXPECT_EQ(notes.has(Severity::warning), !axial);
   }
