@@ -139,7 +139,7 @@ std::string with_words(const RicherBeams& richer) {
     case RicherBeams::By::further:
       break;
   }
-  return "with lengthening and twist, which are off,";
+  return "with lengthening and twist, which are off";
 }
 
 const char* advice(const RicherBeams& richer, const Scene& scene) {
@@ -219,11 +219,11 @@ void tell_of_frequencies(const System& system, const Linearisation& linear, cons
     const std::string owner = fmt::format("body '{}'", fmt::join(r.bodies, "' and '"));
     if (last >= 0) {
       const std::string from = first < last ? fmt::format("frequencies from {:.5g} Hz on", own[first]) : "frequencies";
-      notes.warn(owner, fmt::format("{} {} change by more than {:.2g} %, that of {:.5g} Hz to {:.5g} Hz: {}", with_words(r), from,
-                                    100.0 * asked, own[last], other[last], advice(r, system.scene)));
+      notes.warn(owner, fmt::format("{} change by more than {:.2g} % {}, that of {:.5g} Hz to {:.5g} Hz: {}", from, 100.0 * asked,
+                                    with_words(r), own[last], other[last], advice(r, system.scene)));
     } else {
       notes.tell(owner,
-                 fmt::format("{} frequencies from {:.5g} Hz on change by more than {:.2g} %", with_words(r), own[first], 100.0 * asked));
+                 fmt::format("frequencies from {:.5g} Hz on change by more than {:.2g} % {}", own[first], 100.0 * asked, with_words(r)));
     }
   }
 }
@@ -258,8 +258,8 @@ void tell_of_response(const System& system, const std::string& force, const Freq
     }
     if (column.empty()) continue;
     notes.warn(fmt::format("body '{}'", fmt::join(r.bodies, "' and '")),
-               fmt::format("{} the response of {} at {:.4g} Hz is another one by {:.2g} %: {}", with_words(r), column, lowest,
-                           100.0 * worst, advice(r, system.scene)));
+               fmt::format("the response of {} at {:.4g} Hz changes by {:.2g} % {}: {}", column, lowest, 100.0 * worst, with_words(r),
+                           advice(r, system.scene)));
   }
 }
 
