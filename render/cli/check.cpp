@@ -231,6 +231,7 @@ Command add_check(Program& program) {
             const sim::Linearisation linear = sim::linearise(system);
             sim::tell_of_frequencies(system, linear, sim::richer_beams(system, system.notes), sim::unasked_accuracy,
                                      sim::sixth_frequency(linear), system.notes);
+            sim::tell_of_left_vibrations(system, linear, sim::sixth_frequency(linear), sim::Severity::note, system.notes);
             if (words->json) {
               print_json(system, linear);
               return 0;

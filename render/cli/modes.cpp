@@ -216,6 +216,7 @@ void animate_mechanism(const Words& w) {
   sim::Linearisation linear = sim::linearise(system);
   sim::Notes told;
   sim::tell_of_frequencies(system, linear, sim::richer_beams(system, told), sim::unasked_accuracy, sim::sixth_frequency(linear), told);
+  sim::tell_of_left_vibrations(system, linear, sim::sixth_frequency(linear), sim::Severity::warning, told);
   for (std::string& warning : told.texts(sim::Severity::warning)) linear.warnings.push_back(std::move(warning));
   for (std::string& note : told.texts(sim::Severity::note)) linear.notes.push_back(std::move(note));
   if (linear.modes.empty()) throw sim::InputError(fmt::format("{}: the mechanism has no degree of freedom", w.body));

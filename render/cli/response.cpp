@@ -126,7 +126,7 @@ int respond(const Words& w) {
   tell_of_undamped(linear, frequencies, told);
   sim::tell_of_frequencies(system, linear, richer, sim::unasked_accuracy, frequencies[frequencies.size() - 1], told);
   sim::tell_of_last_modes(system, frequencies[frequencies.size() - 1], told);
-  sim::tell_of_response(system, w.force, r, richer, sim::unasked_accuracy, told);
+  sim::tell_of_response(system, linear, w.force, r, richer, sim::unasked_accuracy, told);
   report(w, r, frequencies, told, csv, svg);
   return 0;
 }

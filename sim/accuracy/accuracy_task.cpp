@@ -28,9 +28,7 @@ double apart(const Histories& a, const Histories& reference) {
 double largest(const MatX& m) { return m.size() > 0 ? m.cwiseAbs().maxCoeff() : 0.0; }
 
 void Task::find_left_out(const Setting& here, const Histories& run, double seconds) {
-  Scene other = search.at(here);
-  for (const EffectState& s : without) other = with_effect(other, search.states, s.owner, s.effect, true);
-  const std::optional<Histories> with = search.run_within(other, seconds);
+  const std::optional<Histories> with = search.run_within(with_effects_on(search.at(here), search.states, without), seconds);
   if (with && with->columns == run.columns) left_out = relative(*with, run);
 }
 

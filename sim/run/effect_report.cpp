@@ -108,6 +108,16 @@ Scene with_effect(const Scene& scene, const std::vector<EffectState>& states, co
   throw ArgumentError(fmt::format("'{}' cannot have the effect {}", owner, effect));
 }
 
+Scene with_effects_on(const Scene& scene, std::vector<EffectState> states, const std::vector<EffectState>& more) {
+  Scene out = scene;
+  for (const EffectState& wanted : more) {
+    out = with_effect(out, states, wanted.owner, wanted.effect, true);
+    for (EffectState& s : states)
+      if (s.owner == wanted.owner && s.effect == wanted.effect) s.on = true;
+  }
+  return out;
+}
+
 std::vector<EffectState> effect_states(const Scene& scene, const Model& model) {
   std::vector<EffectState> out = model.effects;
   const auto add = [&](const std::string& owner, const char* effect, bool on, const char* why) {

@@ -21,6 +21,9 @@ inline constexpr const char* whole_scene = "scene";
 // effect that the owner cannot have.
 Scene with_effect(const Scene& scene, const std::vector<EffectState>& states, const std::string& owner, const std::string& effect, bool on);
 
+// The scene with all of these switched on; two of one body too, which with_effect, called twice with the same states, would not give.
+Scene with_effects_on(const Scene& scene, std::vector<EffectState> states, const std::vector<EffectState>& more);
+
 // Effects of joints (friction, stops) and of the whole scene (gravity), then those of the model's bodies.
 std::vector<EffectState> effect_states(const Scene& scene, const Model& model);
 

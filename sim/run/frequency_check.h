@@ -21,6 +21,7 @@ struct RicherBeams {
   enum class By { shapes, shear, further };
   By by = By::shapes;
   std::vector<std::string> bodies;
+  bool few_shapes = false;  // of each beam only the lowest ones, which tell where they are slower, no more
   System system;
 };
 
@@ -32,15 +33,21 @@ std::vector<RicherBeams> richer_beams(const System& system, Notes& notes);
 void tell_of_frequencies(const System& system, const Linearisation& linear, const std::vector<RicherBeams>& richer, double asked,
                          double highest, Notes& notes);
 
-// Warns of richer models that move an output's response to the force at the lowest of its frequencies by more than `asked` of it: statics,
-// which frequencies do not show. response: of the system to that force.
-void tell_of_response(const System& system, const std::string& force, const FrequencyResponse& response,
+// Tells, as a note or a warning, of vibrations up to `highest` Hz that the model does not have because deformations of its beams are off:
+// across the plane of a scene in a plane, by twist, by lengthening. linear: of the system.
+void tell_of_left_vibrations(const System& system, const Linearisation& linear, double highest, Severity severity, Notes& notes);
+
+// Warns of richer models that move an output's response to the force at the lowest of its frequencies by more than `asked` of it (statics,
+// which frequencies do not show), or that have a resonance by lengthening or twist among its frequencies. response: of the system to that
+// force; linear: of the system.
+void tell_of_response(const System& system, const Linearisation& linear, const std::string& force, const FrequencyResponse& response,
                       const std::vector<RicherBeams>& richer, double asked, Notes& notes);
 
 // Warns of bodies from files whose own modes end below `highest`, Hz: what lies above is without them.
 void tell_of_last_modes(const System& system, double highest, Notes& notes);
 
-// The sixth vibration's frequency, Hz, or the last one's where there are fewer: how far frequencies are looked at without being asked for.
+// The sixth vibration's undamped frequency, Hz, or the last one's where there are fewer: how far frequencies are looked at without being
+// asked for.
 double sixth_frequency(const Linearisation& linear);
 
 // Undamped frequencies, Hz, ascending; 0 for what moves freely or is unstable.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 
 namespace flexframe::sim {
 namespace {
@@ -13,6 +14,8 @@ namespace {
 constexpr double eps = std::numeric_limits<double>::epsilon();
 // First-order bounds are estimates, and half of what splits a double eigenvalue: what is within so many of them is not told from zero.
 constexpr double margin = 16.0;
+// Real parts that are not known to this share are looked at again.
+constexpr double hidden = 1e-3;
 
 // Undamped modes: Phi^T M Phi = 1, Phi^T K Phi = diag(square).
 struct UndampedModes {
@@ -93,8 +96,25 @@ void add_single(double d, double k, double d_error, double k_error, const VecX& 
 // From a vector of a first-order system to its displacements, in coordinates whose units are alike.
 using Displacements = std::function<Eigen::VectorXcd(const Eigen::VectorXcd&)>;
 
+// An eigenvalue and its displacements, and those found again from the equations of second order (empty: it does not converge).
+struct Root {
+  std::complex<double> lambda;
+  double error = 0.0;
+  Eigen::VectorXcd x;
+};
+using Refine = std::function<std::optional<Root>(const Root&)>;
+
+// Whether it is one of these: the same eigenvalue with the same displacements.
+bool again(const Root& root, const std::vector<Root>& found) {
+  return std::any_of(found.begin(), found.end(), [&](const Root& other) {
+    return std::abs(root.lambda - other.lambda) <= margin * (root.error + other.error) &&
+           std::abs(root.x.dot(other.x)) > 0.99 * root.x.norm() * other.x.norm();
+  });
+}
+
 // Eigenvalues of A, known to E entry by entry. Shapes: basis times the displacements.
-void add_general(const MatX& A, const MatX& E, const Displacements& displacements, const MatX& basis, std::vector<ComplexMode>& out) {
+void add_general(const MatX& A, const MatX& E, const Displacements& displacements, const MatX& basis, std::vector<ComplexMode>& out,
+                 const Refine& refine = {}) {
   const ComplexEigen eigen(A);
   if (eigen.info() != Eigen::Success)
     throw SimulationError("the frequencies of the damped or turning mechanism cannot be computed: the eigenvalue solver does not converge");
@@ -104,6 +124,7 @@ void add_general(const MatX& A, const MatX& E, const Displacements& displacement
   const double size = A.norm(), solver = 4.0 * eps * static_cast<double>(A.rows()) * size;
   // The zero eigenvalues' displacements: of a double one both vectors are the same.
   std::vector<Eigen::VectorXcd> still;
+  std::vector<Root> refined_roots;
   double still_error = 0.0;
   for (Eigen::Index k = 0; k < A.cols(); ++k) {
     std::complex<double> lambda = eigen.eigenvalues()[k];
@@ -117,10 +138,18 @@ void add_general(const MatX& A, const MatX& E, const Displacements& displacement
       still_error = std::max(still_error, error);
       continue;
     }
-    if (std::abs(lambda.imag()) <= margin * error) lambda.imag(0.0);
-    if (std::abs(lambda.real()) <= margin * error) lambda.real(0.0);
-    if (lambda.imag() < 0.0) continue;
-    out.push_back({lambda, error, unit_peak(basis * displacements(R.col(k)))});
+    if (lambda.imag() < -margin * error) continue;
+    Root root{lambda, error, displacements(R.col(k))};
+    // The solver errs by its rounding of the largest entry, which may hide the damping of a slow mode.
+    if (refine && margin * error > hidden * std::abs(lambda.real()))
+      if (const std::optional<Root> better = refine(root); better && better->error < error && !again(*better, refined_roots)) {
+        root = *better;
+        refined_roots.push_back(root);
+      }
+    if (std::abs(root.lambda.imag()) <= margin * root.error) root.lambda.imag(0.0);
+    if (std::abs(root.lambda.real()) <= margin * root.error) root.lambda.real(0.0);
+    if (root.lambda.imag() < 0.0) continue;
+    out.push_back({root.lambda, root.error, unit_peak(basis * root.x)});
   }
   if (still.empty()) return;
   MatX motions(still[0].size(), 2 * static_cast<Eigen::Index>(still.size()));
@@ -159,6 +188,47 @@ std::vector<std::vector<Eigen::Index>> coupled_groups(const MatX& coupled) {
   return out;
 }
 
+// A root of x'' + D x' + K x = 0 from a near one, by Newton's method on [Q(lambda) x; x_p - 1] with Q = lambda^2 + lambda D + K, rows and
+// columns in units of the coordinates' own rates W or the root's (Ruhe, SIAM J. Numer. Anal. 10, 1973, sec. 3). Known to |y| (|lambda|
+// D_error + K_error) |x| with y^T Q = 0, y^T Q' x = 1. Empty where it goes to another root.
+std::optional<Root> refined(const MatX& D, const MatX& K, const MatX& D_error, const MatX& K_error, const VecX& W, const Root& near) {
+  const Eigen::Index m = D.rows();
+  const VecX unit = W.cwiseMax(std::abs(near.lambda)).cwiseInverse();
+  const MatX one = unit.cwiseAbs2().asDiagonal(), d = unit.asDiagonal() * D * unit.asDiagonal(),
+             k = unit.asDiagonal() * K * unit.asDiagonal();
+  Eigen::VectorXcd z = near.x.cwiseQuotient(unit.cast<std::complex<double>>());
+  Eigen::Index peak = 0;
+  if (!(z.cwiseAbs().maxCoeff(&peak) > 0.0)) return std::nullopt;
+  z /= z[peak];
+  std::complex<double> lambda = near.lambda;
+  constexpr int most_rounds = 5;
+  constexpr double converged = 1e-6;  // of the real part: the next step would be its square
+  for (int round = 0; round < most_rounds; ++round) {
+    Eigen::MatrixXcd B = Eigen::MatrixXcd::Zero(m + 1, m + 1);
+    const Eigen::MatrixXcd Q = lambda * lambda * one + lambda * d + k;
+    B.topLeftCorner(m, m) = Q;
+    B.topRightCorner(m, 1) = (2.0 * lambda * one + d) * z;
+    B(m, peak) = 1.0;
+    const Eigen::PartialPivLU<Eigen::MatrixXcd> lu(B);
+    Eigen::VectorXcd rest = Eigen::VectorXcd::Zero(m + 1);
+    rest.head(m) = -(Q * z);
+    const Eigen::VectorXcd step = lu.solve(rest);
+    if (!step.allFinite()) return std::nullopt;
+    z += step.head(m);
+    lambda += step[m];
+    if (std::abs(lambda - near.lambda) > margin * near.error) return std::nullopt;
+    if (std::abs(step[m]) > std::max(4.0 * eps * std::abs(lambda), converged * std::abs(lambda.real()))) continue;
+    const Eigen::VectorXcd y = lu.transpose().solve(Eigen::VectorXcd(Eigen::VectorXcd::Unit(m + 1, m)));
+    const double size = std::abs(lambda);
+    const MatX entries = size * unit.asDiagonal() * D_error * unit.asDiagonal() + MatX(unit.asDiagonal() * K_error * unit.asDiagonal()) +
+                         4.0 * eps * (size * size * one + size * d.cwiseAbs() + k.cwiseAbs());
+    const double error = y.head(m).cwiseAbs().dot(entries * z.cwiseAbs());
+    if (!std::isfinite(error)) return std::nullopt;
+    return Root{lambda, error, z.cwiseProduct(unit.cast<std::complex<double>>())};
+  }
+  return std::nullopt;
+}
+
 // Modes of a coupled group, in undamped modes Phi (n x m): x'' + D x' + K x = 0.
 void add_group(const MatX& D, const MatX& K, const MatX& D_error, const MatX& K_error, const MatX& Phi, std::vector<ComplexMode>& out) {
   const Eigen::Index m = D.rows();
@@ -179,7 +249,8 @@ void add_group(const MatX& D, const MatX& K, const MatX& D_error, const MatX& K_
   E.bottomLeftCorner(m, m) = K_error * W.cwiseInverse().asDiagonal();
   E.bottomRightCorner(m, m) = D_error;
   add_general(
-      A, E, [&](const Eigen::VectorXcd& z) { return Eigen::VectorXcd(z.head(m).cwiseQuotient(W.cast<std::complex<double>>())); }, Phi, out);
+      A, E, [&](const Eigen::VectorXcd& z) { return Eigen::VectorXcd(z.head(m).cwiseQuotient(W.cast<std::complex<double>>())); }, Phi, out,
+      [&](const Root& near) { return refined(D, K, D_error, K_error, W, near); });
 }
 
 // Units of the states, powers of two, in which rows and columns of A are alike: the solver errs by its rounding of the largest entry, and

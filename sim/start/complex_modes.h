@@ -3,7 +3,7 @@
 // The equations are written in the undamped modes of the symmetric part of K (M = 1 there). What D and the skew part of K do not couple is
 // solved in closed form; the rest as x' = v, v' = -K x - D v with a general eigenvalue solver, every coordinate scaled by its frequency.
 // Low frequencies keep their digits beside high ones: the symmetric problem is solved again for those below 1e-8 of the largest omega^2,
-// without the others.
+// without the others, and roots whose damping the general solver does not resolve are found again by Newton's method on the equations.
 //
 // An eigenvalue can be told to the digits of its matrices only: entries known to E shift a simple eigenvalue with left and right
 // vectors l, r (l r = 1) by |l| E |r| (Wilkinson, The Algebraic Eigenvalue Problem, 1965, ch. 2 sec. 9), and split a double one, as every

@@ -31,6 +31,7 @@ import numpy as np
 
 sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).parents[1])]
 import kinds.asked  # noqa: E402
+import kinds.bent  # noqa: E402
 import kinds.conditions  # noqa: E402
 import kinds.contact  # noqa: E402
 import kinds.coupled  # noqa: E402
@@ -139,6 +140,7 @@ KINDS = (
     + kinds.plane.KINDS
     + kinds.conditions.KINDS
     + kinds.measures.KINDS
+    + kinds.bent.KINDS
 )
 DEFAULT_CLAIM, ESTIMATES = 0.01, 5.0
 # Of the largest number of a reaction: what is less is rounding. In runs of the richer model it grows where a direction is unstable (a rope

@@ -95,10 +95,45 @@ TEST(FrequencyCheck, ResponsesAlongTheAxisNeedLengthening) {
     // cos 45 degrees L / EA.
     const double along = std::abs(r.values(0, 0)), wanted = std::sqrt(0.5) / (2.1e11 * 4e-4);
     Notes notes;
-    tell_of_response(system, "push", r, richer_beams(system, notes), 0.01, notes);
+    tell_of_response(system, linearise(system), "push", r, richer_beams(system, notes), 0.01, notes);
     EXPECT_EQ(std::abs(along - wanted) > 0.01 * wanted, notes.has(Severity::warning)) << axial << " " << along;
     EXPECT_EQ(notes.has(Severity::warning), !axial);
   }
+}
+
+// A cantilever of a scene in a plane: its first frequency is across the plane, where the program lets it not bend.
+TEST(FrequencyCheck, VibrationsThatAreLeftOffAreNamed) {
+  const std::string scene = head(1, Vec3::Zero()) +
+                            "[[body]]\nname = \"b\"\nkind = \"beam\"\nlength = 1\nelements = 20\n"
+                            "section = { shape = \"rectangle\", width = 0.02, height = 0.03 }\n"
+                            "material = { density = 7850, youngs_modulus = 2.1e11 }\n" +
+                            joint("root", "weld", "ground", "b", "");
+  const auto with = [&](const char* line) { return std::string(scene).replace(scene.find("material"), 0, line); };
+  // Euler's, clamped and free, in the direction that is 0.02 m thick.
+  const double across = 1.87510407 * 1.87510407 * std::sqrt(2.1e11 / 7850.0 / 12.0) * 0.02 / (2.0 * pi);
+  for (const bool all : {false, true}) {
+    const System system =
+        make_system(parse_scene(with(all ? "effects = [\"bending_xy\", \"bending_xz\", \"axial\", \"torsion\"]\n" : ""), "beam.toml"));
+    const Linearisation linear = linearise(system);
+    for (const Severity severity : {Severity::note, Severity::warning}) {
+      Notes notes;
+      tell_of_left_vibrations(system, linear, sixth_frequency(linear), severity, notes);
+      EXPECT_EQ(notes.has(severity), !all);
+      EXPECT_EQ(notes.size(), all ? 0u : 1u);
+      if (notes.size() == 0) continue;
+      const std::string text = notes.texts(severity).front();
+      const size_t lowest = text.find("the lowest at ");
+      ASSERT_NE(lowest, std::string::npos) << text;
+      EXPECT_NEAR(std::stod(text.substr(lowest + 14)) / across, 1.0, 1e-3) << text;
+    }
+  }
+}
+
+// More coordinates than are looked at one by one: few shapes of each beam do.
+TEST(FrequencyCheck, LargeModelsAreJudgedByFewShapes) {
+  const Told told = told_of(hinged_beam(0.1, "elements = 40\neffects = [\"bending_xy\", \"bending_xz\", \"axial\", \"torsion\"]"), 0.1);
+  ASSERT_FALSE(told.warnings.empty());
+  EXPECT_NE(told.warnings[0].find("with shear and rotary inertia"), std::string::npos) << told.warnings[0];
 }
 
 }  // namespace

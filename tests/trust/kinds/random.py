@@ -263,16 +263,26 @@ def wanted_outputs(r, drawn, with_reactions=True):
     return text, truth, sizes
 
 
+# Two tolerances, and the share of a coordinate's range by which the two may differ: where motions part, neither is a truth.
+LOOSE, TIGHT, PARTED = 1e-7, 1e-9, 1e-3
+
+
 def truth_of(drawn, wanted):
     def truth(times):
-        qs, qds = drawn.mechanism.follow(drawn.q, drawn.qd, times, atol=1e-9 * min(1.0, drawn.L))
+        follow = lambda rtol: drawn.mechanism.follow(drawn.q, drawn.qd, times, rtol, 1e-2 * rtol * min(1.0, drawn.L))
+        loose, (qs, qds) = follow(LOOSE)[0], follow(TIGHT)
         if drawn.mechanism.farthest_turn(qs) > 5.0:  # rotation vectors end at a full turn: no truth
             return {name: np.full((len(times), 6 if name == "hold" else 3), np.nan) for name in wanted}
+        apart = (abs(loose - qs) > PARTED * np.maximum(np.ptp(qs, axis=0), 1e-300)).any(axis=1) & (abs(loose - qs) > 1e-12).any(axis=1)
+        known = np.cumsum(apart) == 0
         rows = {name: [] for name in wanted}
         for m in drawn.mechanism.instants(qs, qds, times):
             for name, f in wanted.items():
                 rows[name].append(f(m))
-        return {name: np.array(v, float).reshape(len(times), -1) for name, v in rows.items()}
+        told = {name: np.array(v, float).reshape(len(times), -1) for name, v in rows.items()}
+        for values in told.values():
+            values[~known] = np.nan
+        return told
 
     return truth
 
