@@ -4,9 +4,53 @@
 
 namespace flexframe::sim {
 
-void set_negative_to_parent(const Pose& a, const Mat6X& B, Mat6X& C) {
-  for (Eigen::Index k = 0; k < B.cols(); ++k) C.col(k) = -to_parent(a, B.col(k));
+namespace {
+
+// Columns of two vectors, v and w, to v' = R v + p x (R w), w' = R w, each times `sign`: twists seen from the frame in which theirs stands
+// at the pose; wrenches with the force as w. v_first: v comes first. `out` may be `in`.
+template <bool v_first>
+FLEXFRAME_INLINE void turn_pairs(const Pose& a, double sign, const double* in, Eigen::Index n, double* out) {
+  Four R[3], P[3];
+  for (int c = 0; c < 3; ++c) {
+    const Vec3 axis = sign * a.R.col(c), arm = a.p.cross(axis);
+    R[c] = Four{axis[0], axis[1], axis[2], 0.0};
+    P[c] = Four{arm[0], arm[1], arm[2], 0.0};
+  }
+  constexpr int at_v = v_first ? 0 : 3, at_w = 3 - at_v;
+  for (Eigen::Index k = 0; k < n; ++k, in += 6, out += 6) {
+    const double *const v = in + at_v, *const w = in + at_w;
+    const Four moved = (R[0] * v[0] + R[1] * v[1] + R[2] * v[2]) + (P[0] * w[0] + P[1] * w[1] + P[2] * w[2]);
+    const Four turned = R[0] * w[0] + R[1] * w[1] + R[2] * w[2];
+    const Four first = v_first ? moved : turned, second = v_first ? turned : moved;
+    four(out).v = Four{first[0], first[1], first[2], second[0]};
+    out[4] = second[1], out[5] = second[2];
+  }
 }
+FLEXFRAME_WIDE void wide_negative_to_parent(const Pose& a, const double* B, Eigen::Index n, double* C) {
+  turn_pairs<true>(a, -1.0, B, n, C);
+}
+FLEXFRAME_WIDE void wide_wrenches_to_parent(const Pose& a, double* F, Eigen::Index n) { turn_pairs<false>(a, 1.0, F, n, F); }
+
+// The products of a 6 x 6 matrix with n columns: rows 0 to 3 and 2 to 5 side by side.
+FLEXFRAME_WIDE void wide_momenta(const double* I, const double* in, Eigen::Index n, double* out) {
+  Four upper[6], lower[6];
+  for (std::ptrdiff_t s = 0; s < 6; ++s) upper[s] = four(I + 6 * s).v, lower[s] = four(I + 6 * s + 2).v;
+  for (Eigen::Index k = 0; k < n; ++k, in += 6, out += 6) {
+    Four top = upper[0] * in[0], bottom = lower[0] * in[0];
+    for (std::ptrdiff_t s = 1; s < 6; ++s) {
+      top += upper[s] * in[s];
+      bottom += lower[s] * in[s];
+    }
+    four(out).v = top;
+    four(out + 2).v = bottom;
+  }
+}
+
+}  // namespace
+
+void set_momenta(const Mat6& I, const Mat6X& A, Mat6X& out) { wide_momenta(I.data(), A.data(), A.cols(), out.data()); }
+
+void set_negative_to_parent(const Pose& a, const Mat6X& B, Mat6X& C) { wide_negative_to_parent(a, B.data(), B.cols(), C.data()); }
 void set_negative_to_parent(const PlanePose& a, const MatX3& B, MatX3& C) {
   const Eigen::Index n = B.rows();
   const double *const x = B.data(), *const y = x + n, *const turn = y + n, px = a.p.x(), py = a.p.y();
@@ -25,9 +69,7 @@ void set_negative_to_parent(const PlanePose& a, const MatX3& B, MatX3& C) {
   }
 }
 
-void wrenches_to_parent(const Pose& a, Mat6X& F, Eigen::Index n) {
-  for (Eigen::Index k = 0; k < n; ++k) F.col(k) = wrench_to_parent(a, F.col(k));
-}
+void wrenches_to_parent(const Pose& a, Mat6X& F, Eigen::Index n) { wide_wrenches_to_parent(a, F.data(), n); }
 void wrenches_to_parent(const PlanePose& a, MatX3& F, Eigen::Index n) {
   for (Eigen::Index k = 0; k < n; ++k) {
     const double x = a.c * F(k, 0) - a.s * F(k, 1), y = a.s * F(k, 0) + a.c * F(k, 1);

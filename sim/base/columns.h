@@ -70,9 +70,7 @@ inline void set_dots(const MatX3& F, Eigen::Index n, const Vec3& h, MatX& M, Eig
 }
 
 // out = I A.
-inline void set_momenta(const Mat6& I, const Mat6X& A, Mat6X& out) {
-  for (Eigen::Index k = 0; k < A.cols(); ++k) out.col(k).noalias() = I * A.col(k);
-}
+void set_momenta(const Mat6& I, const Mat6X& A, Mat6X& out);
 inline void set_momenta(const Mat3& I, const MatX3& A, MatX3& out) {
   if (A.rows() > 3) {
     out.setZero();

@@ -28,7 +28,6 @@ inline Vec2 cross(const Vec2& v, double w) { return {w * v.y(), -w * v.x()}; }
 inline double cross(const Vec2& a, const Vec2& b) { return a.x() * b.y() - a.y() * b.x(); }
 inline double cross(double, double) { return 0.0; }
 inline double as_angular(const Eigen::Matrix<double, 1, 1>& w) { return w[0]; }
-inline double component(double w, int) { return w; }
 inline double dot(double a, double b) { return a * b; }
 inline double dot(const Vec2& a, const Vec2& b) { return a.dot(b); }
 

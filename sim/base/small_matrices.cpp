@@ -91,11 +91,23 @@ FLEXFRAME_INLINE void multiply_rows(const double* a, std::ptrdiff_t column, std:
   for (int r = 0; r < Sums; ++r) four(y + at[r]).v = sum[r];
 }
 
+// The same of a square of nine to twelve rows, where the compiler knows how many.
+template <int N>
+FLEXFRAME_INLINE void multiply_square(const double* a, const double* x, double* y) {
+  multiply_rows<3>(a, N, N - 4, N, x, y);
+}
+
 FLEXFRAME_WIDE
 void wide_multiply(const MatX& A, const double* x, double* y) {
   const int m = static_cast<int>(A.rows()), n = static_cast<int>(A.cols());
   const std::ptrdiff_t column = m;
-  if (m > 8 && m <= 12) return multiply_rows<3>(A.data(), column, m - 4, n, x, y);  // most bodies: no loop
+  if (m > 8 && m <= 12) {  // most bodies: no loop over rows
+    if (m != n) return multiply_rows<3>(A.data(), column, m - 4, n, x, y);
+    if (n == 9) return multiply_square<9>(A.data(), x, y);
+    if (n == 10) return multiply_square<10>(A.data(), x, y);
+    if (n == 11) return multiply_square<11>(A.data(), x, y);
+    return multiply_square<12>(A.data(), x, y);
+  }
   int i = 0;
   // Sums of twelve rows (nine at least, some of them twice) or eight stay in registers.
   while (m - i >= 8) {
@@ -206,8 +218,7 @@ FLEXFRAME_INLINE void subtract_columns(const double* base, std::ptrdiff_t stride
 }
 
 // base: n x n in the lower half of a square of a multiple of four rows and columns, filled up by a unit matrix. Zeros above.
-FLEXFRAME_WIDE
-bool factorise_padded(double* base, int n, int stride) {
+FLEXFRAME_INLINE bool factorise_columns(double* base, int n, int stride) {
   for (int j = 0; j < n; j += 4) {
     double below[4][4], inverse[4];
     double* const top = base + static_cast<std::ptrdiff_t>(j) * (stride + 1);
@@ -244,6 +255,23 @@ bool factorise_padded(double* base, int n, int stride) {
   return true;
 }
 
+FLEXFRAME_WIDE bool factorise_padded(double* base, int n, int stride) { return factorise_columns(base, n, stride); }
+
+// L = factor of D, n x n, by way of `base`, a square of `stride` rows and columns.
+FLEXFRAME_WIDE
+bool factorise_copied(const double* D, int n, int stride, double* base, double* L) {
+  const std::ptrdiff_t rows = n;
+  for (std::ptrdiff_t j = 0; j < stride; ++j) {
+    double* const to = base + j * stride;
+    for (std::ptrdiff_t i = 0; i < stride; i += 4) four(to + i).v = Four{};
+    if (j < rows) copy_fours(D + j * (rows + 1), rows - j, to + j);
+    else to[j] = 1.0;
+  }
+  if (!factorise_columns(base, n, stride)) return false;
+  for (std::ptrdiff_t j = 0; j < rows; ++j) copy_fours(base + j * stride, rows, L + j * rows);
+  return true;
+}
+
 }  // namespace
 
 bool factorise_filled(double* D, int n, int stride) { return factorise_padded(D, n, stride); }
@@ -259,18 +287,14 @@ bool cholesky(const MatX& D, MatX& L) {
     for (int j = 0; j < n; ++j) {
       double* const to = L.data() + static_cast<std::ptrdiff_t>(j) * n;
       std::fill_n(to, j, 0.0);
-      std::copy(&D(j, j), &D(j, j) + (n - j), to + j);
+      copy_fours(&D(j, j), n - j, to + j);
     }
     return factorise_padded(L.data(), n, n);
   }
   static thread_local std::vector<double> padded;
-  padded.assign(static_cast<size_t>(stride) * stride, 0.0);
-  double* const base = padded.data();
-  for (int j = 0; j < n; ++j) std::copy(&D(j, j), &D(j, j) + (n - j), base + static_cast<std::ptrdiff_t>(j) * (stride + 1));
-  for (int j = n; j < stride; ++j) base[static_cast<std::ptrdiff_t>(j) * (stride + 1)] = 1.0;
-  if (!factorise_padded(base, n, stride)) return false;
-  for (int j = 0; j < n; ++j) std::copy_n(base + static_cast<std::ptrdiff_t>(j) * stride, n, L.data() + static_cast<std::ptrdiff_t>(j) * n);
-  return true;
+  const size_t room = static_cast<size_t>(stride) * static_cast<size_t>(stride);
+  if (padded.size() < room) padded.resize(room);
+  return factorise_copied(D.data(), n, stride, padded.data(), L.data());
 }
 
 namespace {

@@ -97,7 +97,6 @@ inline Vec3 turn_back(const Pose& a, const Vec3& v) { return a.R.transpose() * v
 inline Vec3 cross(const Vec3& a, const Vec3& b) { return a.cross(b); }
 inline double dot(const Vec3& a, const Vec3& b) { return a.dot(b); }
 inline Vec3 as_angular(const Vec3& w) { return w; }
-inline double component(const Vec3& w, int a) { return w[a]; }
 
 // Motion in space, for templates over the space in which a mechanism moves.
 struct Space {

@@ -78,20 +78,53 @@ FLEXFRAME_INLINE Tensor centrifugal(const PlaneBody& body, const Vec2& v, double
   return Tensor(sized<N>(body.J1).dot(sized<N>(qd)));
 }
 
-// ce += w_a (Cr1_a - Cr1_a^T) qd; out.work is Cr1_a qd.
-template <int N>
-FLEXFRAME_INLINE void add_gyroscopic(const FlexibleBody& body, int a, double w, const VecX& qd, BodyTerms& out) {
-  if (w == 0.0) return;
-  const double* column = body.Cr1[a].data();
+// ce -= (sum of w_a Cr1_a)^T qd of so many matrices, column by column.
+template <int N, int Matrices>
+FLEXFRAME_INLINE void subtract_transposed(const double* const* Cr1, const double* w, const VecX& qd, VecX& ce) {
+  using Column = Eigen::Map<const Eigen::Matrix<double, N, 1>>;
   const Eigen::Index n = N > 0 ? N : qd.size();
-  for (Eigen::Index k = 0; k < n; ++k, column += n)
-    out.ce[k] += w * (out.work[k] - Eigen::Map<const Eigen::Matrix<double, N, 1>>(column, n).dot(sized<N>(qd)));
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const Column first(Cr1[0] + k * n, n);
+    if constexpr (Matrices == 1) {
+      ce[k] -= w[0] * first.dot(sized<N>(qd));
+    } else {
+      const Column second(Cr1[1] + k * n, n);
+      if constexpr (Matrices == 2) ce[k] -= (w[0] * first + w[1] * second).dot(sized<N>(qd));
+      else ce[k] -= (w[0] * first + w[1] * second + w[2] * Column(Cr1[2] + k * n, n)).dot(sized<N>(qd));
+    }
+  }
+}
+
+// ce += sum of w_a (Cr1_a - Cr1_a^T) qd, and qd^T Cr1_a qd.
+template <int N>
+FLEXFRAME_INLINE Vec3 add_gyroscopic(const FlexibleBody& body, const Vec3& w, const VecX& qd, BodyTerms& out) {
+  Vec3 squares = Vec3::Zero();
+  const double* Cr1[3];
+  double weight[3];
+  int count = 0;
+  for (int a = 0; a < 3; ++a) {
+    if (body.Cr1[a].size() == 0) continue;
+    multiply_sized<N>(body.Cr1[a], qd.data(), out.work.data());
+    squares[a] = sized<N>(out.work).dot(sized<N>(qd));
+    if (w[a] == 0.0) continue;
+    sized<N>(out.ce) += w[a] * sized<N>(out.work);
+    Cr1[count] = body.Cr1[a].data();
+    weight[count++] = w[a];
+  }
+  if (count == 1) subtract_transposed<N, 1>(Cr1, weight, qd, out.ce);
+  else if (count == 2) subtract_transposed<N, 2>(Cr1, weight, qd, out.ce);
+  else if (count == 3) subtract_transposed<N, 3>(Cr1, weight, qd, out.ce);
+  return squares;
 }
 template <int N>
-FLEXFRAME_INLINE void add_gyroscopic(const PlaneBody& body, int, double w, const VecX& qd, PlaneTerms& out) {
-  if (body.Cr1_difference.size() == 0) return;
+FLEXFRAME_INLINE Tensor add_gyroscopic(const PlaneBody& body, double w, const VecX& qd, PlaneTerms& out) {
+  if (body.Cr1[0].size() == 0) return Tensor::Zero();
+  multiply_sized<N>(body.Cr1[0], qd.data(), out.work.data());
+  const Tensor square(sized<N>(out.work).dot(sized<N>(qd)));
+  if (body.Cr1_difference.size() == 0) return square;
   multiply_sized<N>(body.Cr1_difference, qd.data(), out.work2.data());
   sized<N>(out.ce) += w * sized<N>(out.work2);
+  return square;
 }
 
 template <class S, class Body>
@@ -152,13 +185,7 @@ FLEXFRAME_INLINE void velocity_terms(const Body& body, const typename S::Twist& 
     Jdot[s] += sized<N>(out.J2q[s]).dot(sized<N>(qd));
     sized<N>(out.ce) -= weight[s] * sized<N>(out.J2q[s]);
   }
-  Eigen::Matrix<double, S::angular, 1> Crdot_qd = Eigen::Matrix<double, S::angular, 1>::Zero();
-  for (int a = 0; a < S::angular; ++a) {
-    if (body.Cr1[a].size() == 0) continue;
-    multiply_sized<N>(body.Cr1[a], qd.data(), out.work.data());
-    Crdot_qd[a] = sized<N>(out.work).dot(sized<N>(qd));
-    add_gyroscopic<N>(body, a, component(w, a), qd, out);
-  }
+  const Eigen::Matrix<double, S::angular, 1> Crdot_qd = add_gyroscopic<N>(body, w, qd, out);
   typename S::Linear mddd = S::Linear::Zero();
   for (int a = 0; a < S::linear; ++a) {
     if (body.md2[a].size() == 0) continue;

@@ -1,5 +1,6 @@
 #include "sim/dynamics/closure.h"
 
+#include "sim/base/four.h"
 #include "sim/base/sized.h"
 #include "sim/dynamics/kinematics.h"
 #include "sim/dynamics/velocities.h"
@@ -9,6 +10,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <limits>
 #include <numeric>
 #include <span>
@@ -182,7 +184,7 @@ const auto& closure_row(const Model& model, const W& work, int cluster, int loop
 
 // Which rows of loops the partition has; all of their other fields follow from poses (update_rows).
 template <class W>
-FLEXFRAME_INLINE void list_rows(const Model& model, const W& work, int cluster, LoopMotion<typename W::In>& out) {
+void list_rows(const Model& model, const W& work, int cluster, LoopMotion<typename W::In>& out) {
   out.rows.clear();
   for_rows(
       model, work, {cluster, false},
@@ -285,6 +287,35 @@ bool deformation_closes(const Model& model, const Partition& partition, int clus
       if (const int e = c.v0 + k - p.ev0; e >= 0 && e < p.body.n) return true;
   }
   return false;
+}
+
+void make_plan(const Model& model, int cluster, ClusterWork& cw) {
+  const Cluster& c = model.clusters[cluster];
+  const Partition& now = cw.partition;
+  PartitionPlan& plan = cw.plan;
+  // Of no other plan of the process: states are copied, and what was listed by one must not pass for another's.
+  static std::atomic<int> plans{0};
+  plan.made = ++plans;
+  plan.rows = now.rows;
+  plan.dep = now.dep;
+  plan.ind = now.ind.size();
+  plan.deforms = deformation_closes(model, now, cluster);
+  plan.place.assign(static_cast<size_t>(c.nv), 0);
+  plan.runs.clear();
+  for (size_t k = 0; k < now.ind.size(); ++k) {
+    const int rate = now.ind[k];
+    plan.place[static_cast<size_t>(rate)] = static_cast<int>(k);
+    if (!plan.runs.empty() && plan.runs.back().first + plan.runs.back().second == rate) ++plan.runs.back().second;
+    else plan.runs.emplace_back(rate, 1);
+  }
+  for (size_t d = 0; d < now.dep.size(); ++d) plan.place[static_cast<size_t>(now.dep[d])] = -1 - static_cast<int>(d);
+  const auto dependent = [&](int i) {
+    const Part& part = model.parts[i];
+    for (int k = 0; k < part.joint.nv; ++k)
+      if (plan.place[static_cast<size_t>(part.v0 - c.v0 + k)] < 0) return true;
+    return false;
+  };
+  plan.first = static_cast<size_t>(std::find_if(c.parts.begin(), c.parts.end(), dependent) - c.parts.begin());
 }
 
 double rate_scale(const Model& model, int cluster, int rate) {
@@ -582,47 +613,51 @@ Partition choose_partition(const Model& model, int cluster, Work& work, bool str
 
 namespace {
 
-// Per part of a cluster the pose of its joint's outboard frame in the base frame and the twists of what hangs on the joint per unit of its
-// rates, about the origin and in the axes of the base frame.
+// Which columns of the partition's rows of G are made: those of dep, or all; of joints, or of what deforms too.
+struct WhichColumns {
+  bool all, elastic;
+};
+
+// Per part of a cluster the pose of its joint's outboard frame in the base frame, where that moves in the part, and the twists of what
+// hangs on the joint per unit of its rates, about the origin and in the axes of the base frame.
 template <class S>
 struct JointInBase {
   typename S::Pose outboard;
   typename S::Inertia twists;
 };
 template <class W>
-const std::vector<JointInBase<typename W::In>>& joints_in_base(const Model& model, const W& work, int cluster) {
+FLEXFRAME_INLINE const std::vector<JointInBase<typename W::In>>& joints_in_base(const Model& model, const W& work, int cluster,
+                                                                                const WhichColumns& columns) {
+  using Twist = typename W::In::Twist;
   static thread_local std::vector<JointInBase<typename W::In>> joints;
   if (joints.size() < model.parts.size()) joints.resize(model.parts.size());
-  for (int i : model.clusters[cluster].parts) {
+  const Cluster& c = model.clusters[cluster];
+  const std::vector<int>& place = work.clusters[cluster].plan.place;
+  for (int i : c.parts) {
     const Part& part = model.parts[i];
     if (part.joint.nv + part.body.n == 0) continue;
     const auto& p = work.parts[i];
     auto& joint = joints[i];
-    joint.outboard = compose(p.in_base, work.frames[part.joint.outboard].pose);
-    for (int k = 0; k < part.joint.nv; ++k) joint.twists.col(k) = to_parent(joint.outboard, typename W::In::Twist(p.joint.S.col(k)));
+    const bool fixed = work.carrying.fixed[i];
+    if (!fixed) joint.outboard = compose(p.in_base, work.frames[part.joint.outboard].pose);
+    for (int k = 0; k < part.joint.nv; ++k) {
+      if (!columns.all && place[part.v0 - c.v0 + k] >= 0) continue;
+      joint.twists.col(k) = fixed ? to_parent(p.in_base, Twist(column(p.Hj, k))) : to_parent(joint.outboard, Twist(p.joint.S.col(k)));
+    }
   }
   return joints;
-}
-
-// Where the rates of a cluster stand among the columns of its conditions: dependent ones first.
-const std::vector<int>& columns_of_rates(const Cluster& c, const Partition& partition) {
-  static thread_local std::vector<int> column;
-  if (column.size() < static_cast<size_t>(c.nv)) column.resize(static_cast<size_t>(c.nv));
-  int next = 0;
-  for (int k : partition.dep) column[k] = next++;
-  for (int k : partition.ind) column[k] = next++;
-  return column;
 }
 
 // The partition's rows of G, column by column, and by what they are made.
 template <class S>
 struct RowsOfG {
   const std::vector<JointInBase<S>>& joints;
-  const std::vector<int>& column;  // columns_of_rates
+  const std::vector<int>& place;  // PartitionPlan::place: where a rate's column stands, counted from the first independent one
   int cluster;
-  bool elastic;
+  bool deforms;  // PartitionPlan::deforms
+  WhichColumns which;
   Eigen::Index rows;
-  double* G;
+  double* G;  // column of the first independent rate
 };
 // A loop's frame, its pose in the base frame, and the sense in which the rows' forces act on it.
 template <class S>
@@ -632,6 +667,25 @@ struct LoopEnd {
   double sense;
 };
 
+// g[k * stride] += b_k . f of the columns of B, N as in sized.h.
+template <int N>
+FLEXFRAME_INLINE void add_spread(const Mat6X& B, const Vec6& f, double* g, Eigen::Index stride) {
+  const Eigen::Index n = N > 0 ? N : B.cols();
+  for (Eigen::Index k = 0; k < n; ++k) g[k * stride] += B.col(k).dot(f);
+}
+template <int N>
+FLEXFRAME_INLINE void add_spread(const MatX3& B, const Vec3& f, double* g, Eigen::Index stride) {
+  const Eigen::Index n = N > 0 ? N : B.rows();
+  const double *const x = B.data(), *const y = x + n, *const turn = y + n, fx = f[0], fy = f[1], m = f[2];
+  Eigen::Index k = 0;
+  for (; k + 4 <= n; k += 4) {
+    const Four s = four(x + k).v * fx + four(y + k).v * fy + four(turn + k).v * m;
+    double* const to = g + k * stride;
+    to[0] += s[0], to[stride] += s[1], to[2 * stride] += s[2], to[3 * stride] += s[3];
+  }
+  for (; k < n; ++k) g[k * stride] += x[k] * fx + y[k] * fy + turn[k] * m;
+}
+
 // Adds the products of some rows' wrench on a part with its twists per elastic rate, B at the pose in the base frame.
 template <class W>
 FLEXFRAME_INLINE void add_elastic_columns(const typename W::In::Columns& B, const typename W::In::Pose& pose, int first,
@@ -639,12 +693,15 @@ FLEXFRAME_INLINE void add_elastic_columns(const typename W::In::Columns& B, cons
                                           const RowsOfG<typename W::In>& out) {
   for (const auto& force : forces) {
     const typename W::In::Twist on_frame = wrench_to_child(pose, typename W::In::Twist(end.sense * force.on_b));
-    const int* const to = out.column.data() + first;
+    const int* const to = out.place.data() + first;
+    if (out.deforms) {
+      for (Eigen::Index k = 0; k < count(B); ++k) out.G[to[k] * out.rows + force.row] += column(B, k).dot(on_frame);
+      continue;
+    }
+    // All of them are independent, one after the other.
     by_count(
-        count(B), [&](auto few) __attribute__((always_inline)) {
-          const Eigen::Index n = few() > 0 ? few() : count(B);
-          for (Eigen::Index k = 0; k < n; ++k) out.G[to[k] * out.rows + force.row] += column(B, k).dot(on_frame);
-        });
+        count(B), [&](auto n)
+                      __attribute__((always_inline)) { add_spread<n()>(B, on_frame, out.G + to[0] * out.rows + force.row, out.rows); });
   }
 }
 
@@ -658,10 +715,12 @@ FLEXFRAME_INLINE void add_path(const Model& model, const W& work, std::span<cons
     const Part& part = model.parts[i];
     const auto& joint = out.joints[i];
     for (int k = 0; k < part.joint.nv; ++k) {
-      double* const g = out.G + out.column[part.v0 - v0 + k] * out.rows;
+      const int place = out.place[part.v0 - v0 + k];
+      if (!out.which.all && place >= 0) continue;
+      double* const g = out.G + place * out.rows;
       for (const auto& force : forces) g[force.row] += end.sense * joint.twists.col(k).dot(force.on_b);
     }
-    if (out.elastic && part.body.n > 0) {
+    if (out.which.elastic && part.body.n > 0) {
       const auto &f = work.frames[at], &o = work.frames[part.joint.outboard];
       if (f.flexible)
         add_elastic_columns<W>(f.B, at == end.frame ? end.pose : compose(work.parts[i].in_base, f.pose), part.ev0 - v0, forces, end, out);
@@ -671,30 +730,33 @@ FLEXFRAME_INLINE void add_path(const Model& model, const W& work, std::span<cons
   }
 }
 
-// Which columns of the partition's rows of G are made: those of dep, or all; of joints, or of what deforms too.
-struct WhichColumns {
-  bool all, elastic;
-};
-
 // out = A x.
 FLEXFRAME_INLINE void multiply_into(const MatX& A, const VecX& x, VecX& out) {
   if (out.size() != A.rows()) out.resize(A.rows());
   multiply(A, x.data(), out.data());
 }
 
-// C = -A B, column by column; two or three rows as multiply does them.
+// C = -A B, column by column.
+template <int N>
+FLEXFRAME_INLINE void set_negative_few(const MatX& A, const double* b, MatX& C) {
+  double a[N * N];
+  std::copy_n(A.data(), N * N, a);
+  double* c = C.data();
+  for (Eigen::Index k = 0; k < C.cols(); ++k, b += N, c += N)
+    for (int r = 0; r < N; ++r) {
+      double sum = a[r] * b[0];
+      for (int s = 1; s < N; ++s) sum += a[r + N * s] * b[s];
+      c[r] = -sum;
+    }
+}
 FLEXFRAME_INLINE void set_negative_product(const MatX& A, const double* b, MatX& C) {
   const Eigen::Index n = A.rows();
+  if (n == 2) return set_negative_few<2>(A, b, C);
+  if (n == 3) return set_negative_few<3>(A, b, C);
   for (Eigen::Index k = 0; k < C.cols(); ++k, b += n) {
     double* const c = &C(0, k);
-    if (n == 2) {
-      for (Eigen::Index r = 0; r < 2; ++r) c[r] = -(A(r, 0) * b[0] + A(r, 1) * b[1]);
-    } else if (n == 3) {
-      for (Eigen::Index r = 0; r < 3; ++r) c[r] = -((A(r, 0) * b[0] + A(r, 1) * b[1]) + A(r, 2) * b[2]);
-    } else {
-      multiply(A, b, c);
-      for (Eigen::Index r = 0; r < n; ++r) c[r] = -c[r];
-    }
+    multiply(A, b, c);
+    for (Eigen::Index r = 0; r < n; ++r) c[r] = -c[r];
   }
 }
 
@@ -722,27 +784,29 @@ FLEXFRAME_INLINE void factorise_closure(const Model& model, int cluster, W& work
   const size_t entries = static_cast<size_t>(nd * (nd + ni));
   if (G.size() < entries) G.resize(entries);
   std::fill_n(G.data(), entries, 0.0);
-  const std::vector<int>& column = columns_of_rates(c, cw.partition);
+  const std::vector<int>& place = cw.plan.place;
+  double* const independent = G.data() + nd * nd;
   for_other_rows(
       model, work, cluster, loops,
       [&](int row, const CouplingRow& coupling) {
         cw.line.resize(c.nv);
         coupling_line(model, cluster, coupling, work, columns.elastic);
-        for (int k = 0; k < c.nv; ++k) G[static_cast<size_t>(column[k] * nd + row)] = cw.line[k];
+        for (int k = 0; k < c.nv; ++k) independent[place[k] * nd + row] = cw.line[k];
       },
-      [&](int row, size_t lock) { G[static_cast<size_t>(column[cw.locked[lock]] * nd + row)] = 1.0; });
-  const RowsOfG<S> out{joints_in_base(model, work, cluster), column, cluster, columns.elastic, nd, G.data()};
+      [&](int row, size_t lock) { independent[place[cw.locked[lock]] * nd + row] = 1.0; });
+  const RowsOfG<S> out{joints_in_base(model, work, cluster, columns), place, cluster, cw.plan.deforms, columns, nd, independent};
   for_loops(model, work, cluster, loops, [&](const auto& rows, const LoopJoint& loop, const LoopPose<S>& at) {
     add_path<W>(model, work, rows, {loop.b, at.b, 1.0}, out);
     add_path<W>(model, work, rows, {loop.a, at.a, -1.0}, out);
   });
   cw.Gd.resize(nd, nd);
-  std::copy_n(G.data(), nd * nd, cw.Gd.data());
+  for (Eigen::Index d = 0; d < nd; ++d)
+    for (Eigen::Index r = 0; r < nd; ++r) cw.Gd(r, d) = independent[r - (1 + d) * nd];
   // A singular one leaves nothing finite, and the loop is found to stay open.
   if (!invert(cw.Gd)) cw.Gd.setConstant(std::numeric_limits<double>::infinity());
   if (!columns.all) return;
   cw.E.resize(nd, ni);
-  set_negative_product(cw.Gd, G.data() + nd * nd, cw.E);
+  set_negative_product(cw.Gd, independent, cw.E);
 }
 
 // The rate of a row's wrench on a frame along the prescribed motions between the frame and what carries the cluster.
@@ -820,6 +884,7 @@ FLEXFRAME_INLINE void close_loops(const Model& model, int cluster, W& work) {
   update_cluster_frames(model, cluster, work);
   update_cluster_chain(model, cluster, work);
   const Partition& part = cw.partition;
+  const PartitionPlan& plan = plan_of(model, cluster, cw);
   const int nd = static_cast<int>(part.dep.size());
   const auto update_jacobians = [&]() {
     for (int f : c.frames) update_frame_jacobian(model, f, work);
@@ -829,13 +894,16 @@ FLEXFRAME_INLINE void close_loops(const Model& model, int cluster, W& work) {
     return;
   }
   // Deformations that close a loop move the frames in their bodies as well.
-  const bool elastic = deformation_closes(model, part, cluster);
+  const bool elastic = plan.deforms;
   const double closed = elastic ? 2e-16 : 3e-13;
   cw.res.resize(nd);
   double last = std::numeric_limits<double>::infinity();
   bool fresh = false, whole = false;  // the conditions' matrix serves; it is that of the present place, with all columns
   LoopMotion<typename W::In>& loops = work.loops[cluster];
-  list_rows(model, work, cluster, loops);
+  if (loops.listed != plan.made) {
+    list_rows(model, work, cluster, loops);
+    loops.listed = plan.made;
+  }
   update_loop_poses(model, work, cluster, loops.poses);
   for (int iteration = 0;; ++iteration) {
     const double open = closure_residual(model, work, cluster, loops, cw.res);
@@ -870,7 +938,7 @@ FLEXFRAME_INLINE void close_loops(const Model& model, int cluster, W& work) {
     move_dependent(model, cluster, work);
     whole = false;
     if (elastic) update_cluster_frames(model, cluster, work);
-    update_cluster_chain(model, cluster, work);
+    update_chain_from(model, cluster, elastic ? 0 : plan.first, work);
     update_loop_poses(model, work, cluster, loops.poses);
     // With the matrix of the start the error shrinks by about its own size over the mechanism's each time: what two steps have shown
     // tells whether a third is needed, and whether the matrix still serves.

@@ -27,6 +27,21 @@ VecX closure_row_scales(const Model& model, const W& work, int cluster);
 // Whether a deformation is among what closes a cluster's loops: a beam held at both ends, a framework of beams.
 bool deformation_closes(const Model& model, const Partition& partition, int cluster);
 
+// What evaluations read of a cluster's partition, made anew where that has changed. One that takes part in an evaluation has it up to date
+// once its positions are closed.
+void make_plan(const Model& model, int cluster, ClusterWork& cw);
+inline const PartitionPlan& plan_of(const Model& model, int cluster, ClusterWork& cw) {
+  const auto same = [](const std::vector<int>& a, const std::vector<int>& b) {
+    // Most often they are two: a loop or a library's comparison costs more.
+    if (a.size() == 2 && b.size() == 2) return a[0] == b[0] && a[1] == b[1];
+    return a == b;
+  };
+  const PartitionPlan& plan = cw.plan;
+  const Partition& now = cw.partition;
+  if (plan.made == 0 || plan.ind != now.ind.size() || !same(plan.dep, now.dep) || !same(plan.rows, now.rows)) make_plan(model, cluster, cw);
+  return cw.plan;
+}
+
 // Residuals (m, rad) of all rows at the current poses into ClusterWork::residual.
 template <class W>
 void update_closure_residual(const Model& model, int cluster, W& work);

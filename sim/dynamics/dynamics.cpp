@@ -1,6 +1,7 @@
 #include "sim/dynamics/dynamics.h"
 
 #include "sim/base/eigen_solvers.h"
+#include "sim/base/four.h"
 #include "sim/base/sized.h"
 #include "sim/dynamics/closure.h"
 #include "sim/dynamics/few_rates.h"
@@ -30,8 +31,8 @@ template <class W>
 FLEXFRAME_INLINE typename W::In::Twist falling(const Model& model, const W& work, int part) {
   using S = typename W::In;
   typename S::Twist A = work.parts[part].A0;
-  if (stands_on_ground(model, model.parts[part].cluster))
-    A.template head<S::linear>() -= turn_back(work.parts[part].world, typename S::Linear(gravity(model, work)));
+  if (!stands_on_ground(model, model.parts[part].cluster)) return A;
+  A.template head<S::linear>() -= turn_back(work.parts[part].world, typename S::Linear(gravity(model, work)));
   return A;
 }
 
@@ -45,6 +46,7 @@ FLEXFRAME_INLINE void start_elastic(const typename S::Twist& A0, PartMotion<S>& 
 // Own inertia, velocity terms and applied loads of every part; child clusters and parts are added on the way down.
 template <class W>
 FLEXFRAME_INLINE void start_composites(const Model& model, W& work) {
+  const bool weightless = gravity(model, work).isZero(0.0);
   for (size_t at = 0; at < model.parts.size(); ++at) {
     const int i = static_cast<int>(at);
     auto& p = work.parts[at];
@@ -52,7 +54,7 @@ FLEXFRAME_INLINE void start_composites(const Model& model, W& work) {
     update_velocity_terms(body, p.V, p.qd, p.terms);
     p.Mrr = p.terms.Mrr;
     p.fr = p.terms.cr - p.load;
-    const auto A0 = falling(model, work, i);
+    const typename W::In::Twist A0 = weightless ? p.A0 : falling(model, work, i);
     p.fr.noalias() += p.terms.Mrr * A0;
     if (body.n > 0) {
       elastic_force(elastic_body(model, work, i), p.q, p.qd, p.elastic);
@@ -110,7 +112,7 @@ FLEXFRAME_INLINE void own_block(const Part& part, const Cluster& c, const FrameM
     }
   }
   if (n == 0) return;
-  for (int k = 0; k < n; ++k) std::copy(&Mee(k, k), &Mee(k, k) + (n - k), &cw.M(ev + k, ev + k));
+  for (int k = 0; k < n; ++k) copy_fours(&Mee(k, k), n - k, &cw.M(ev + k, ev + k));
   cw.r.segment(ev, n) = p.fe;
   if (o.flexible) {
     // Mee + C^T Mre + Mre^T C + C^T Mrr C.
@@ -289,7 +291,7 @@ void project_mass(const ClusterWork& cw, MatX& D) {
     // Independent rates are ascending: between the dependent ones they are copied as they lie.
     const double* const M = &cw.M(0, cw.partition.ind[k]);
     double* to = &D(0, k);
-    for (const auto& [from, count] : cw.runs) to = std::copy(M + from, M + from + count, to);
+    for (const auto& [from, count] : cw.plan.runs) to = std::copy(M + from, M + from + count, to);
   }
   add_products(cw.T, cw.Et, cw.Mid, D);
 }
@@ -303,11 +305,6 @@ FLEXFRAME_INLINE void project(ClusterWork& cw, bool carried, BaseMotion<S>& base
     if (carried) base.U = base.Ib;
     cw.h = -cw.r;
     return;
-  }
-  cw.runs.clear();
-  for (int k : ind) {
-    if (!cw.runs.empty() && cw.runs.back().first + cw.runs.back().second == k) ++cw.runs.back().second;
-    else cw.runs.emplace_back(k, 1);
   }
   cw.h.resize(ni);
   cw.Mid.resize(ni, nd);
@@ -536,7 +533,7 @@ FLEXFRAME_INLINE void accelerate(const Model& model, W& work, bool rates_alone) 
     const bool weighs = carrier != ground && carries.moves[carrier];
     if (is_link(carries, k, work.clusters[k]) && reduce_link(model, k, weighs, work)) {
       way[k] = By::link;
-    } else if (rates_alone && !weighs && has_few_rates(model, k, work)) {
+    } else if (rates_alone && !weighs && has_few_rates(k, work)) {
       way[k] = By::few;
     } else if (rates_alone && !weighs && prefers_reduced(model, k, work)) {
       way[k] = By::reduced;
@@ -551,13 +548,15 @@ FLEXFRAME_INLINE void accelerate(const Model& model, W& work, bool rates_alone) 
       continue;
     }
     update_base_acceleration(model, k, work);
+    work.clusters[k].fed_known = false;
     const bool solved = (way[k] == By::few && solve_few(model, k, work)) || (way[k] == By::reduced && solve_reduced(model, k, work));
     if (!solved) {
       if (way[k] != By::matrix) wide_assemble(model, k, work);
       solve_cluster(model, k, work);
     }
     // Of the parts themselves only the power of motions asks, and what hangs on them.
-    if (!rates_alone || carries.driven || k + 1 < clusters) update_cluster_accelerations(model, k, work);
+    const bool asked = carries.driven && !(clusters == 1 && work.clusters[k].fed_known);
+    if (!rates_alone || asked || k + 1 < clusters) update_cluster_accelerations(model, k, work);
   }
 }
 

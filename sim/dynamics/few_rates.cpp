@@ -50,6 +50,7 @@ template <class S, int Fours>
 struct Moved {
   PerRate<S, Fours> twists;
   typename S::Twist made;
+  typename S::Twist driven;  // its twist while all independent rates rest and prescribed motions go on
 };
 
 template <class W, int Fours>
@@ -66,18 +67,25 @@ struct FewRates {
   double D[padded * padded + 4], h[padded + 4];
   // Per dependent rate its row of E.
   Four dependent[most_dependent][Fours];
-  // Per rate of the cluster: its place among the independent ones, or -1 - that among the dependent ones.
-  int place[most_rates + most_dependent];
+  const int* place;  // PartitionPlan::place, up to date since the loops were closed
+  // Of the power that prescribed motions feed in: what does not depend on the independent accelerations, and the factors of those.
+  bool driven;
+  double power = 0.0;
+  Four per_rate[Fours] = {};
 
   FewRates(const Model& of_model, int of_cluster, int independent, W& at)
-      : model(of_model), c(of_model.clusters[of_cluster]), cw(at.clusters[of_cluster]), work(at), cluster(of_cluster), rates(independent) {}
+      : model(of_model),
+        c(of_model.clusters[of_cluster]),
+        cw(at.clusters[of_cluster]),
+        work(at),
+        cluster(of_cluster),
+        rates(independent),
+        place(cw.plan.place.data()),
+        driven(at.carrying.driven) {}
 
   FLEXFRAME_INLINE void list_rates() {
-    const std::vector<int>&ind = cw.partition.ind, &dep = cw.partition.dep;
-    const Eigen::Index nd = static_cast<Eigen::Index>(dep.size());
-    for (int k = 0; k < rates; ++k) place[ind[k]] = k;
+    const Eigen::Index nd = static_cast<Eigen::Index>(cw.partition.dep.size());
     for (Eigen::Index d = 0; d < nd; ++d) {
-      place[dep[d]] = -1 - static_cast<int>(d);
       double* const row = reinterpret_cast<double*>(dependent[d]);
       for (int k = rates & ~3; k < padded; ++k) row[k] = 0.0;
       const double* e = &cw.E(d, 0);
@@ -119,6 +127,29 @@ struct FewRates {
       out.made += twist * cw.gamma[-1 - at];
     }
     if (part.body.n > 0 && work.frames[part.joint.outboard].flexible) place_block(p.C, part, out.twists);
+    if (driven) drive(i, moved);
+  }
+
+  FLEXFRAME_INLINE void drive(int i, std::vector<Moved<S, Fours>>& moved) {
+    const Part& part = model.parts[i];
+    const auto& p = work.parts[i];
+    Twist& V = moved[i].driven;
+    if (hangs_inside(model, i)) V = to_child(p.in_carrier, moved[part.parent].driven);
+    else if (c.parent == ground) V.setZero();
+    else V = to_child(p.in_carrier, work.parts[c.parent].V);  // which no coordinate moves, else this cluster would weigh on it
+    if (part.joint.motion >= 0) V += p.driven * work.motion[part.joint.motion].rate;
+    for (int k = 0; k < part.joint.nv; ++k)
+      if (const int d = -1 - place[part.v0 - c.v0 + k]; d >= 0) {
+        V += column(p.Hj, k) * cw.e0[d];
+        power -= p.tau[k] * cw.e0[d];
+      }
+  }
+
+  // The wrench on a part works on its twist by prescribed motions; force: that at zero independent accelerations.
+  FLEXFRAME_INLINE void feed(const Twist& V, const Twist& force, const PerRate<S, Fours>& momenta) {
+    power += V.dot(force);
+    for (int f = 0; f < Fours; ++f)
+      for (int r = 0; r < components; ++r) per_rate[f] += momenta.of[r][f] * V[r];
   }
 
   // Adds one column a coordinate of the part's body.
@@ -132,6 +163,26 @@ struct FewRates {
             for (int k = 0; k < n; ++k) row[k] += column(A, k)[r];
           }
         });
+  }
+
+  // Whether a rigid part moves by independent rates of its own joint on ground alone.
+  FLEXFRAME_INLINE bool stands_alone(int i) const {
+    const Part& part = model.parts[i];
+    if (part.parent != ground || part.body.n > 0 || part.joint.motion >= 0) return false;
+    for (int k = 0; k < part.joint.nv; ++k)
+      if (place[part.v0 - c.v0 + k] < 0) return false;
+    return true;
+  }
+  // add_part of such a one: no other rate has a twist of it.
+  FLEXFRAME_INLINE void add_alone(int i) {
+    const Part& part = model.parts[i];
+    const auto& p = work.parts[i];
+    const int* const on = place + (part.v0 - c.v0);
+    for (int k = 0; k < part.joint.nv; ++k) {
+      const Twist twist = column(p.Hj, k), momentum = p.Mrr.lazyProduct(twist);
+      h[on[k]] += p.tau[k] - twist.dot(p.fr);
+      for (int l = k; l < part.joint.nv; ++l) D[std::min(on[k], on[l]) * padded + std::max(on[k], on[l])] += momentum.dot(column(p.Hj, l));
+    }
   }
 
   // T^T M T and -T^T f of a part.
@@ -154,6 +205,7 @@ struct FewRates {
     if (part.body.n > 0)
       by_count(
           part.body.n, [&](auto count) __attribute__((always_inline)) { add_elastic<count()>(i, at, momenta); });
+    if (driven) feed(at.driven, force, momenta);
     for (int j = 0; j < rates; ++j)
       for (int f = j / 4; f < Fours; ++f) {
         Four sum = four(D + j * padded + 4 * f).v;
@@ -224,10 +276,24 @@ struct FewRates {
     std::fill_n(h, padded, 0.0);
     for (int i : c.parts) move(i, moved);
     for (int i : c.parts)
-      if (work.carrying.moves[i]) add_part(i, moved[i]);
+      if (work.carrying.moves[i]) {
+        if (stands_alone(i)) add_alone(i);
+        else add_part(i, moved[i]);
+      } else if (driven) {
+        const auto& p = work.parts[i];
+        power += moved[i].driven.dot(p.fr + p.Mrr.lazyProduct(moved[i].made));
+      }
     if (!factorise()) return false;
     solve_filled(D, padded, h);
     cw.whole = false;
+    if (driven) {
+      for (int f = 0; f < Fours; ++f) {
+        const Four s = per_rate[f] * four(h + 4 * f).v;
+        power += (s[0] + s[1]) + (s[2] + s[3]);
+      }
+      cw.fed = power;
+      cw.fed_known = true;
+    }
     for (int k = 0; k < rates; ++k) work.wdot[c.v0 + cw.partition.ind[k]] = h[k];
     for (size_t d = 0; d < cw.partition.dep.size(); ++d) {
       double a = cw.gamma[static_cast<Eigen::Index>(d)];
@@ -252,11 +318,11 @@ FLEXFRAME_WIDE bool wide_solve(const Model& model, int cluster, PlaneWork& work)
 }  // namespace
 
 template <class W>
-bool has_few_rates(const Model& model, int cluster, const W& work) {
+bool has_few_rates(int cluster, const W& work) {
   const ClusterWork& cw = work.clusters[cluster];
   const size_t rates = cw.partition.ind.size();
   if (rates == 0 || rates > most_rates || cw.partition.dep.size() > most_dependent || cw.carried > 0) return false;
-  return !deformation_closes(model, cw.partition, cluster);
+  return !cw.plan.deforms;
 }
 
 template <class W>
@@ -264,8 +330,8 @@ bool solve_few(const Model& model, int cluster, W& work) {
   return wide_solve(model, cluster, work);
 }
 
-#define FLEXFRAME_FOR(W)                                    \
-  template bool has_few_rates(const Model&, int, const W&); \
+#define FLEXFRAME_FOR(W)                      \
+  template bool has_few_rates(int, const W&); \
   template bool solve_few(const Model&, int, W&);
 FLEXFRAME_FOR(Work)
 FLEXFRAME_FOR(PlaneWork)

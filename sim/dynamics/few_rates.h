@@ -12,11 +12,11 @@ namespace flexframe::sim {
 
 // Whether solve_few serves a cluster that what carries it does not feel: up to eight independent rates, no deformation that closes a loop.
 template <class W>
-bool has_few_rates(const Model& model, int cluster, const W& work);
+bool has_few_rates(int cluster, const W& work);
 
 // Accelerations work.wdot of such a cluster; own inertias and forces of its parts and the acceleration of its base come first. Leaves the
-// factor in ClusterWork::L, not M and r. False where a coordinate has no inertia or the kinetic energy is not positive: nothing is set
-// then.
+// factor in ClusterWork::L, not M and r, and the power that prescribed motions feed in in ClusterWork::fed. False where a coordinate has
+// no inertia or the kinetic energy is not positive: nothing is set then.
 template <class W>
 bool solve_few(const Model& model, int cluster, W& work);
 

@@ -26,6 +26,20 @@ template void size_part(const Part&, PartMotion<Plane>&);
 
 namespace {
 
+// Whether the twists of a joint's frame per rate, in its axes, are the same wherever it stands: those of hinges, slides, balls.
+bool has_constant_twists(const TreeJoint& joint) {
+  if (joint.curve) return false;
+  double q[7] = {};
+  zero_coordinates(joint.kind, q);
+  JointMotion at_zero, elsewhere;
+  update_joint_position(joint, q, at_zero);
+  // Neither zeros nor multiples of one another.
+  double dw[6] = {0.3, 0.7, 0.2, 0.9, 0.4, 0.6};
+  move_coordinates(joint.kind, q, dw);
+  update_joint_position(joint, q, elsewhere);
+  return at_zero.S == elsewhere.S;
+}
+
 Carrying find_carrying(const Model& model) {
   Carrying out;
   out.elastic.assign(model.parts.size(), 0);
@@ -83,6 +97,14 @@ Work make_work(const Model& model) {
     for (const MatX& h : node.phi2)
       if (h.size() > 0 || node.along.size() > 0) fw.phi2q = Eigen::MatrixX3d::Zero(body.n, 3);
     fw.scratch = VecX::Zero(body.n);
+  }
+  work.carrying.fixed.assign(model.parts.size(), 0);
+  for (size_t i = 0; i < model.parts.size(); ++i) {
+    const TreeJoint& j = model.parts[i].joint;
+    const FrameWork& outboard = work.frames[j.outboard];
+    if (outboard.flexible || !has_constant_twists(j)) continue;
+    work.carrying.fixed[i] = 1;
+    set_fixed_twists(model.parts[i], j, outboard.pose, work.parts[i]);
   }
   for (size_t i = 0; i < model.clusters.size(); ++i) {
     const Cluster& c = model.clusters[i];
@@ -359,10 +381,12 @@ void update_cluster_frames(const Model& model, int cluster, W& work) {
 namespace {
 
 template <class W>
-FLEXFRAME_INLINE void place_chain(const Model& model, int cluster, W& work) {
+FLEXFRAME_INLINE void place_chain(const Model& model, int cluster, size_t first, W& work) {
   const Cluster& c = model.clusters[cluster];
   size_t entry = 0;
-  for (int i : c.parts) {
+  for (size_t at = 0; at < first; ++at) entry += !hangs_inside(model, c.parts[at]);
+  for (size_t at = first; at < c.parts.size(); ++at) {
+    const int i = c.parts[at];
     const Part& part = model.parts[i];
     auto& p = work.parts[i];
     const TreeJoint& j = part.joint;
@@ -376,14 +400,23 @@ FLEXFRAME_INLINE void place_chain(const Model& model, int cluster, W& work) {
     p.in_base = compose(work.parts[part.parent].in_base, p.in_carrier);
   }
 }
-FLEXFRAME_WIDE void wide_place_chain(const Model& model, int cluster, Work& work) { place_chain(model, cluster, work); }
-FLEXFRAME_WIDE void wide_place_chain(const Model& model, int cluster, PlaneWork& work) { place_chain(model, cluster, work); }
+FLEXFRAME_WIDE void wide_place_chain(const Model& model, int cluster, size_t first, Work& work) {
+  place_chain(model, cluster, first, work);
+}
+FLEXFRAME_WIDE void wide_place_chain(const Model& model, int cluster, size_t first, PlaneWork& work) {
+  place_chain(model, cluster, first, work);
+}
 
 }  // namespace
 
 template <class W>
 void update_cluster_chain(const Model& model, int cluster, W& work) {
-  wide_place_chain(model, cluster, work);
+  wide_place_chain(model, cluster, 0, work);
+}
+
+template <class W>
+void update_chain_from(const Model& model, int cluster, size_t first, W& work) {
+  wide_place_chain(model, cluster, first, work);
 }
 
 namespace {
@@ -407,8 +440,10 @@ FLEXFRAME_INLINE void seat_part(const Model& model, int i, W& work) {
   auto& p = work.parts[i];
   if (!hangs_inside(model, i)) p.in_carrier = compose(work.frames[carrying_frame(model, work, i)].pose, p.in_base);
   const auto& o = work.frames[part.joint.outboard];
-  for (int k = 0; k < part.joint.nv; ++k) column(p.Hj, k) = to_parent(o.pose, Twist(p.joint.S.col(k)));
-  if (part.joint.motion >= 0) p.driven = to_parent(o.pose, Twist(p.joint.S.col(0)));
+  if (!work.carrying.fixed[static_cast<size_t>(i)]) {
+    for (int k = 0; k < part.joint.nv; ++k) column(p.Hj, k) = to_parent(o.pose, Twist(p.joint.S.col(k)));
+    if (part.joint.motion >= 0) p.driven = to_parent(o.pose, Twist(p.joint.S.col(0)));
+  }
   if (o.flexible) set_negative_to_parent(o.pose, o.B, p.C);
 }
 
@@ -634,6 +669,7 @@ void project_wrench(const Model& model, const W& work, int cluster, const std::t
   template void update_frame_velocity(const Model&, int, W&);                       \
   template void update_cluster_frames(const Model&, int, W&);                       \
   template void update_cluster_chain(const Model&, int, W&);                        \
+  template void update_chain_from(const Model&, int, size_t, W&);                   \
   template void update_cluster_positions(const Model&, int, W&);                    \
   template void update_cluster_world(const Model&, int, W&);                        \
   template void update_cluster_velocities(const Model&, int, W&);                   \

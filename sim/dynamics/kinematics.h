@@ -24,6 +24,9 @@ void update_cluster_frames(const Model& model, int cluster, W& work);
 // Joint poses and the poses of the parts in the base frame from work.q, frames as they are.
 template <class W>
 void update_cluster_chain(const Model& model, int cluster, W& work);
+// The same of its parts from the first-th on, where those before stand as they stood.
+template <class W>
+void update_chain_from(const Model& model, int cluster, size_t first, W& work);
 // Both, B of the frames, and all that update_cluster_world does but the poses in the world.
 template <class W>
 void update_cluster_positions(const Model& model, int cluster, W& work);

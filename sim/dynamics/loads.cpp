@@ -530,6 +530,7 @@ double joint_dissipated_power(const Model& model, const W& work) {
     const Part& part = model.parts[i];
     const JointWork& at = work.joints[i];
     const TreeJoint& j = part.joint;
+    if (!j.spring && !j.stop && at.friction.size() == 0) continue;
     for (int k = 0; k < j.nv; ++k) {
       const double q = work.q[part.q0 + k], w = work.w[part.v0 + k];
       if (j.spring) power += j.spring->damping * w * w;

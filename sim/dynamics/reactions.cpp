@@ -2,6 +2,7 @@
 
 #include "sim/base/eigen_solvers.h"
 #include "sim/base/sized.h"
+#include "sim/base/wide.h"
 #include "sim/dynamics/closure.h"
 #include "sim/dynamics/kinematics.h"
 #include "sim/dynamics/plane_work.h"
@@ -213,27 +214,62 @@ SharedReactions shared_reactions(const Model& model, Work& work, const Reactions
   return out;
 }
 
+namespace {
+
+// Work is done by the wrenches that parts need beyond their loads. Along the independent rates it is that of the joints' own forces, so
+// that it is enough to look at the motion that is left while these rest: a twist of each part, unless deformations close loops.
 template <class W>
-double motion_power(const Model& model, const W& work) {
+FLEXFRAME_INLINE double power_of_parts(const Model& model, const W& work) {
   using Twist = typename W::In::Twist;
+  bool deforms = false;
+  for (const ClusterWork& cw : work.clusters) deforms = deforms || cw.plan.deforms;
   static thread_local VecX momentum;
+  static thread_local std::vector<Twist> driven;
+  driven.resize(model.parts.size());
   double power = 0.0;
   for (size_t i = 0; i < model.parts.size(); ++i) {
     const Part& part = model.parts[i];
     const auto& p = work.parts[i];
     const int n = part.body.n;
-    Twist need = p.terms.Mrr * p.A + p.terms.cr - p.load;
-    if (n > 0) {
+    Twist& V = driven[i];
+    if (deforms) {
+      V = p.V;
+      for (int k = 0; k < part.joint.nv; ++k) power -= p.tau[k] * work.w[part.v0 + k];
+    } else {
+      if (part.parent == ground) V.setZero();
+      else V = to_child(p.in_carrier, driven[part.parent]);
+      if (part.joint.motion >= 0) V += p.driven * work.motion[part.joint.motion].rate;
+      const ClusterWork& cw = work.clusters[part.cluster];
+      for (int k = 0; k < part.joint.nv && !cw.partition.dep.empty(); ++k) {
+        const int d = -1 - cw.plan.place[part.v0 + k - model.clusters[part.cluster].v0];
+        if (d < 0) continue;
+        V += column(p.Hj, k) * cw.e0[d];
+        power -= p.tau[k] * cw.e0[d];
+      }
+    }
+    Twist need = p.terms.Mrr.lazyProduct(p.A) + p.terms.cr - p.load;
+    if (deforms && n > 0) {
       const bool unit = part.body.stiffness.size() > 0 && p.terms.Mee.size() == 0;
       const MatX* const mass = unit ? nullptr : &elastic_mass(kinetic_body(model, work, static_cast<int>(i)), p.terms);
       momentum.resize(n);
       by_count(
           n, [&](auto count) __attribute__((always_inline)) { power += elastic_power<count()>(mass, p, momentum, need); });
+    } else if (n > 0) {
+      need += combine_few(p.terms.Mre, p.qdd);
     }
-    power += need.dot(p.V);
-    for (int k = 0; k < part.joint.nv; ++k) power -= p.tau[k] * work.w[part.v0 + k];
+    power += need.dot(V);
   }
   return power;
+}
+FLEXFRAME_WIDE double wide_power(const Model& model, const Work& work) { return power_of_parts(model, work); }
+FLEXFRAME_WIDE double wide_power(const Model& model, const PlaneWork& work) { return power_of_parts(model, work); }
+
+}  // namespace
+
+template <class W>
+double motion_power(const Model& model, const W& work) {
+  if (work.clusters.size() == 1 && work.clusters.front().fed_known) return work.clusters.front().fed;
+  return wide_power(model, work);
 }
 
 #define FLEXFRAME_FOR(W)                                               \

@@ -526,7 +526,7 @@ bool prefers_reduced(const Model& model, int cluster, const PlaneWork& work) {
   if (equations > most || joints < 0 || joints > most_joints || 3 * equations > 2 * modes + 12) return false;
   for (const Cluster& other : model.clusters)
     if (other.parent != ground && model.parts[other.parent].cluster == cluster && model.parts[other.parent].body.n > 0) return false;
-  return !deformation_closes(model, cw.partition, cluster);
+  return !cw.plan.deforms;
 }
 
 namespace {

@@ -27,27 +27,40 @@ struct Partition {
   std::vector<int> ind, dep;  // rates, counted within the cluster
 };
 
+// What every evaluation reads of a partition (closure.h: plan_of).
+struct PartitionPlan {
+  int made = 0;                // its number among all: what was made with it holds as long as this stays; 0: not made yet
+  std::vector<int> rows, dep;  // of the partition of which it is
+  size_t ind = 0;              // how many
+  bool deforms = false;        // a deformation is among what closes the loops
+  size_t first = 0;            // of the cluster's parts the first that a dependent rate moves; those before it stay while loops are closed
+  std::vector<int> place;      // per rate of the cluster: its place among the independent ones, or -1 - that among the dependent ones
+  std::vector<std::pair<int, int>> runs;  // of independent rates that follow one another: first, count
+};
+
 struct ClusterWork {
   Partition partition;
+  PartitionPlan plan;
   std::vector<int> locked;  // rates of the cluster held at rest (stiction), each one more closure row after the loops' rows
   int carried = 0;          // the first so many of them have no inertia and go at lock_rate (massless.h)
   VecX lock_value, lock_rate;
-  MatX G;                                 // all rows x nv (update_closure_matrix)
-  VecX residual;                          // per row: closure error
-  VecX rate, bias;                        // per row of the partition: velocity, acceleration at zero coordinate accelerations
-  MatX Gd;                                // of the partition's rows of G the inverse of their columns dep
-  VecX line, res, step, ind_rate;         // scratch
-  MatX E;                                 // dep x ind: w_dep = E w_ind + e0
-  VecX e0, gamma;                         // dep: from prescribed motions; acceleration at zero independent accelerations
-  MatX M;                                 // nv x nv, lower half
-  VecX r;                                 // nv bias minus applied forces
-  bool whole = true;                      // M and r are of the accelerations found last, not only L (few_rates.h)
-  MatX L;                                 // ind x ind: reduced mass matrix = L L^T, lower half
-  VecX inertia;                           // its diagonal
-  MatX DinvUt;                            // scratch of reduce_inertia
-  MatX Mid, Et, T;                        // ind x dep: of M, E^T, scratch of the projection
-  std::vector<std::pair<int, int>> runs;  // of independent rates that follow one another: first, count
-  VecX h, a;                              // reduced forces, independent accelerations
+  MatX G;                          // all rows x nv (update_closure_matrix)
+  VecX residual;                   // per row: closure error
+  VecX rate, bias;                 // per row of the partition: velocity, acceleration at zero coordinate accelerations
+  MatX Gd;                         // of the partition's rows of G the inverse of their columns dep
+  VecX line, res, step, ind_rate;  // scratch
+  MatX E;                          // dep x ind: w_dep = E w_ind + e0
+  VecX e0, gamma;                  // dep: from prescribed motions; acceleration at zero independent accelerations
+  MatX M;                          // nv x nv, lower half
+  VecX r;                          // nv bias minus applied forces
+  bool whole = true;               // M and r are of the accelerations found last, not only L (few_rates.h)
+  MatX L;                          // ind x ind: reduced mass matrix = L L^T, lower half
+  VecX inertia;                    // its diagonal
+  MatX DinvUt;                     // scratch of reduce_inertia
+  MatX Mid, Et, T;                 // ind x dep: of M, E^T, scratch of the projection
+  VecX h, a;                       // reduced forces, independent accelerations
+  bool fed_known = false;          // the accelerations found last left `fed` (few_rates.h)
+  double fed = 0.0;                // power that prescribed motions feed into the cluster, W
 };
 
 // How the balance of what has no inertia splits at present (massless.h): indices into MasslessRates::rates.
@@ -85,6 +98,7 @@ struct Carrying {
   std::vector<char> elastic;  // per part: something hangs on it that adds to its elastic mass
   std::vector<char> moves;    // per part: a coordinate moves it (its own, its joint's or one before: else it rests or follows motions)
   std::vector<char> link;     // per cluster: one rigid part on a joint of one rate, as the links of chains are
+  std::vector<char> fixed;    // per part: its joint's twists, Hj and `driven`, are constants (set_fixed_twists)
   std::vector<char> follows;  // per cluster: one of its joints follows a prescribed motion
   bool driven = false;        // some joint does
 };
@@ -195,6 +209,7 @@ template <class S>
 struct LoopMotion {
   std::vector<LoopPose<S>> poses;  // in the order of the cluster's loops
   std::vector<LoopRow<S>> rows;
+  int listed = 0;  // PartitionPlan::made of the rows
 };
 
 template <class S>
@@ -213,6 +228,16 @@ Work make_work(const Model& model);
 // Room for a part's blocks.
 template <class S>
 void size_part(const Part& part, PartMotion<S>& out);
+// Its joint's twists, Hj or `driven`, where they are constants (Carrying::fixed). outboard: pose of the joint's outboard frame in the
+// part's body frame; Joint: TreeJoint or PlaneJoint.
+template <class S, class Joint>
+void set_fixed_twists(const Part& part, const Joint& joint, const typename S::Pose& outboard, PartMotion<S>& out) {
+  double q[7] = {};
+  zero_coordinates(part.joint.kind, q);
+  update_joint_position(joint, q, out.joint);
+  for (int k = 0; k < part.joint.nv; ++k) column(out.Hj, k) = to_parent(outboard, typename S::Twist(out.joint.S.col(k)));
+  if (part.joint.motion >= 0) out.driven = to_parent(outboard, typename S::Twist(out.joint.S.col(0)));
+}
 
 // Constants of a part for update_mass, update_velocity_terms and the frames at its nodes.
 inline const FlexibleBody& kinetics(const Model& model, const Work& work, int part) { return model.parts[work.parts[part].like].body; }

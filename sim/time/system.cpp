@@ -18,28 +18,28 @@ namespace flexframe::sim {
 
 namespace {
 
-// Independent rates of all clusters out of `from` into their places among all rates, and back.
-const double* take_rates(const System& system, const double* from, VecX& rates) {
+// Independent rates of all clusters out of `from` into their places among all rates, and back from what was evaluated.
+const double* take_rates(System& system, const double* from, VecX& rates) {
   for (size_t c = 0; c < system.model.clusters.size(); ++c) {
     const Cluster& cluster = system.model.clusters[c];
-    const Partition& split = system.work.clusters[c].partition;
+    ClusterWork& cw = system.work.clusters[c];
     double* const to = rates.data() + cluster.v0;
-    if (cluster.nv == 1 && split.dep.empty()) *to = *from++;
-    else if (split.dep.empty()) from = (copy_few(from, cluster.nv, to), from + cluster.nv);
+    if (cluster.nv == 1 && cw.partition.dep.empty()) *to = *from++;
+    else if (cw.partition.dep.empty()) from = (copy_few(from, cluster.nv, to), from + cluster.nv);
     else
-      for (const int k : split.ind) to[k] = *from++;
+      for (const auto& [first, n] : plan_of(system.model, static_cast<int>(c), cw).runs) from = (copy_few(from, n, to + first), from + n);
   }
   return from;
 }
 double* give_rates(const System& system, const VecX& rates, double* to) {
   for (size_t c = 0; c < system.model.clusters.size(); ++c) {
     const Cluster& cluster = system.model.clusters[c];
-    const Partition& split = system.work.clusters[c].partition;
+    const ClusterWork& cw = system.work.clusters[c];
     const double* const from = rates.data() + cluster.v0;
-    if (cluster.nv == 1 && split.dep.empty()) *to++ = *from;
-    else if (split.dep.empty()) to = (copy_few(from, cluster.nv, to), to + cluster.nv);
+    if (cluster.nv == 1 && cw.partition.dep.empty()) *to++ = *from;
+    else if (cw.partition.dep.empty()) to = (copy_few(from, cluster.nv, to), to + cluster.nv);
     else
-      for (const int k : split.ind) *to++ = from[k];
+      for (const auto& [first, n] : cw.plan.runs) to = (copy_few(from + first, n, to), to + n);
   }
   return to;
 }

@@ -1,5 +1,5 @@
 // Clusters of few independent rates: their accelerations by the twists of their parts against those by composite bodies, in the plane and
-// in space, with loops, prescribed motions, deformation and friction.
+// in space, with loops, prescribed motions, deformation and friction. Power of prescribed motions against the rate of the energy.
 #include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/few_rates.h"
 #include "sim/dynamics/plane_work.h"
@@ -78,6 +78,71 @@ TEST(FewRatesOnARotor, AreCarried) {
                               joint("spin", "revolute", "ground", "rotor", "axis = [0, 0, 1]\nmotion = \"3*t + sin(2*t)\"") +
                               joint("ball", "spherical", "rotor.tip", "bob.tip", ""),
                           "carried.toml"));
+}
+
+// What loads and prescribed motions feed in less what is lost, against the rate at which the energy of the bodies changes: its difference
+// along the motion.
+void expect_balance(const Scene& scene, double t, double least_power) {
+  System system = make_system(scene);
+  ASSERT_TRUE(system.quadrature && system.driven);
+  const VecX y = disturbed(system, pack_state(system, Eigen::Vector2d::Zero()));
+  const Eigen::Index n = y.size() - 2;
+  const double h = 1e-6;
+  VecX dy(y.size());
+  // The state as it stands once its loops are closed, with the guesses of their coordinates put right.
+  set_state(system, t, y.data(), false);
+  VecX at = y;
+  at.head(system.model.nq) = system.work.q;
+  state_rate(system, t, at.data(), dy.data());
+  const double net = dy[n] - dy[n + 1];
+  const auto energy = [&](double s) {
+    const VecX beside = at + s * dy;
+    set_state(system, t + s, beside.data(), false);
+    const Energy e = compute_energy(system.model, system.work);
+    return e.kinetic + e.strain + e.potential;
+  };
+  EXPECT_GT(std::abs(net), least_power);
+  EXPECT_NEAR((energy(h) - energy(-h)) / (2.0 * h), net, 1e-5 * (std::abs(dy[n]) + std::abs(dy[n + 1])));
+}
+
+// By the twists of the parts, in the plane and in space.
+TEST(MotionPower, OfALoopInThePlane) {
+  expect_balance(read_scene(std::string(FLEXFRAME_SOURCE_DIR) + "/examples/dlr_slider_crank.toml"), 0.1, 1e-3);
+}
+TEST(MotionPower, OfARotorThatCarriesABob) {
+  const std::string bob = head(1.0, Vec3(0, 0, -9.81)) + rod("rotor") + rod("bob") +
+                          joint("spin", "revolute", "ground", "rotor", "axis = [0, 0, 1]\nmotion = \"3*t + sin(2*t)\"") +
+                          joint("ball", "spherical", "rotor.tip", "bob.tip", "");
+  expect_balance(parse_scene(bob, "carried.toml"), 0.1, 1e-3);
+}
+// By the accelerations of the parts: clusters that carry one another, flexible with many coordinates.
+TEST(MotionPower, OfABlade) { expect_balance(read_scene(std::string(FLEXFRAME_SOURCE_DIR) + "/examples/beams/blade.toml"), 6.0, 1e-3); }
+// Deformation closes the loop: a beam held at both ends on a carriage.
+TEST(MotionPower, WhereDeformationClosesALoop) {
+  const std::string held = R"(
+[[body]]
+name = "carriage"
+kind = "rigid"
+mass = 1
+inertia = [1, 1, 1]
+frames = { far = [1, 0, 0] }
+[[body]]
+name = "beam"
+kind = "beam"
+length = 1
+section = { shape = "circle", diameter = 0.02 }
+material = { density = 2700, youngs_modulus = 7e9 }
+model = "modal"
+modes = { bending_xy = [1, 2, 3], axial = [1] }
+boundary = "clamped-free"
+effects = ["bending_xy", "axial"]
+)";
+  expect_balance(parse_scene(head(1.0, Vec3(0, -9.81, 0)) + held +
+                                 joint("way", "prismatic", "ground", "carriage", "axis = [0, 1, 0]\nmotion = \"0.1*sin(5*t)\"") +
+                                 joint("clamp", "weld", "carriage", "beam.root", "") +
+                                 joint("pin", "revolute", "carriage.far", "beam.tip", "axis = [0, 0, 1]"),
+                             "held.toml"),
+                 0.1, 1e-3);
 }
 
 }  // namespace
