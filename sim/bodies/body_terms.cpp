@@ -99,8 +99,8 @@ FLEXFRAME_INLINE void subtract_transposed(const double* const* Cr1, const double
 template <int N>
 FLEXFRAME_INLINE Vec3 add_gyroscopic(const FlexibleBody& body, const Vec3& w, const VecX& qd, BodyTerms& out) {
   Vec3 squares = Vec3::Zero();
-  const double* Cr1[3];
-  double weight[3];
+  const double* Cr1[3] = {};
+  double weight[3] = {};
   int count = 0;
   for (int a = 0; a < 3; ++a) {
     if (body.Cr1[a].size() == 0) continue;
