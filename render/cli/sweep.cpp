@@ -131,6 +131,8 @@ int act(const Words& words) {
   if (words.engine.elsewhere()) return hand_over_sweep(sweep, words);
   if (!fs::is_directory(words.scene)) sim::write_question(sweep);
   const sim::ShardReport report = run_here(sweep, words, 1, 1);
+  if (!words.finish.json && verbosity() != Verbosity::quiet && !report.settings.empty())
+    fmt::print("settings     of all points: {}; {:.2f} CPU s\n", report.settings, report.settings_cpu);
   if (!words.finish.json && verbosity() != Verbosity::quiet && report.made > 0)
     fmt::print("sweep        {} points made, {} kept; {:.2f} CPU s, {:.1f} s: {:.4f} CPU s a point\n", report.made, report.kept, report.cpu,
                report.wall, report.cpu / static_cast<double>(report.made));

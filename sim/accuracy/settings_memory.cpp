@@ -5,6 +5,8 @@
 #include "sim/scene/toml_output.h"
 #include "sim/time/system.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 namespace flexframe::sim {
@@ -135,6 +137,52 @@ RememberedSettings read_settings(const TomlValue& document, const std::string& f
 }
 
 }  // namespace
+
+void take_choices(const Scene& chosen, Scene& scene) {
+  scene.simulation.accuracy.reset();
+  scene.simulation.tolerance = chosen.simulation.tolerance;
+  for (size_t b = 0; b < scene.bodies.size() && b < chosen.bodies.size(); ++b) {
+    const auto* from_beam = std::get_if<BeamDef>(&chosen.bodies[b].kind);
+    const auto* from_modal = std::get_if<ModalDef>(&chosen.bodies[b].kind);
+    auto* beam = std::get_if<BeamDef>(&scene.bodies[b].kind);
+    auto* modal = std::get_if<ModalDef>(&scene.bodies[b].kind);
+    if (from_modal && modal) modal->effects = from_modal->effects;
+    if (!from_beam || !beam) continue;
+    beam->model = from_beam->model;
+    beam->boundary = from_beam->boundary;
+    beam->elements = from_beam->elements;
+    beam->volumes = from_beam->volumes;
+    beam->keep_modes = from_beam->keep_modes;
+    beam->keep_axial = from_beam->keep_axial;
+    beam->keep_torsion = from_beam->keep_torsion;
+    beam->keep_static = from_beam->keep_static;
+    beam->modes = from_beam->modes;
+    beam->effects = from_beam->effects;
+    beam->chosen = from_beam->chosen;
+  }
+}
+
+bool same_choices(const Scene& a, const Scene& b) {
+  const auto choices = [](const Scene& scene) {
+    TomlValue out;
+    toml_put(out, "method", toml_count(static_cast<int>(scene.simulation.method)));
+    std::vector<TomlValue> bodies, joints;
+    for (const BodyDef& body : scene.bodies) {
+      const auto* beam = std::get_if<BeamDef>(&body.kind);
+      const auto* modal = std::get_if<ModalDef>(&body.kind);
+      TomlValue table = beam ? beam_table(*beam) : modal ? effects_table(modal->effects) : TomlValue{};
+      toml_put(table, "kind", toml_text(fmt::format("{} {}", body.name, body.kind.index())));
+      bodies.push_back(std::move(table));
+    }
+    for (const JointDef& joint : scene.joints)
+      joints.push_back(toml_text(fmt::format("{} {} {}", joint.name, joint.friction.has_value(), joint.stop.has_value())));
+    toml_put(out, "bodies", toml_list(std::move(bodies)));
+    toml_put(out, "joints", toml_list(std::move(joints)));
+    toml_put(out, "gravity", toml_truth(!scene.simulation.gravity.isZero(0.0)));
+    return write_toml(out);
+  };
+  return choices(a) == choices(b);
+}
 
 std::string outputs_fingerprint(const Results& results) {
   std::string bytes;

@@ -28,6 +28,11 @@ struct RememberedSettings {
   std::string outputs;          // SHA-256
 };
 
+// Gives a scene what a search has chosen for another one with the same bodies: models, elements, modes and effects of bodies, tolerance.
+void take_choices(const Scene& chosen, Scene& scene);
+// Whether two scenes say the same of all that a search may choose, and of the method.
+bool same_choices(const Scene& a, const Scene& b);
+
 // SHA-256 of the outputs' numbers.
 std::string outputs_fingerprint(const Results& results);
 

@@ -49,15 +49,17 @@ struct OutputPlans {
   bool in_plane = true;                           // none of them needs more than place_plane_sample brings (sample_state.h)
   std::shared_ptr<SectionForces> sections;        // where section forces or stresses are asked for
   std::vector<int> frames;                        // of what deforms whose poses they read, but for joints' own
+  bool moving = true;                             // rates or energies are among what they need, or what their errors are measured against
 };
 
 // What an output is of.
 enum class OutputFamily { frame, joint, force, section, elastic, energy, block, combination };
 OutputFamily family_of(Quantity quantity);
 
-// all_shown: the deformation of every body is wanted, not only of those with an output `displacement`.
+// all_shown: the deformation of every body is wanted, not only of those with an output `displacement`. read: of the columns, those that
+// anybody reads; empty: all. The others are there, but nothing evaluates an output none of whose columns is read.
 // Throws InputError with file, line, what was found and what there is.
-OutputPlans plan_outputs(Model& model, const Scene& scene, bool all_shown = false);
+OutputPlans plan_outputs(Model& model, const Scene& scene, bool all_shown = false, const std::vector<bool>& read = {});
 
 // Where the columns of a state go. previous: those one sample before (rotations are continued through full turns), or null. energy: of the
 // whole system. placed: OutputPlans::frames stand where they are.

@@ -372,9 +372,30 @@ std::vector<int> frames_read(const Model& model, const OutputPlans& plans) {
   return all;
 }
 
+// Only outputs with a column that is read, and those that combinations among them read.
+void leave_unread(const std::vector<bool>& read, OutputPlans& plans) {
+  const auto columns_of = [](const OutputPlan& plan, const std::vector<bool>& marked) {
+    return std::any_of(marked.begin() + plan.first, marked.begin() + plan.first + plan.count, [](bool marks) { return marks; });
+  };
+  std::vector<bool> needed = read;
+  // Combinations read what stands before them.
+  for (auto plan = plans.outputs.rbegin(); plan != plans.outputs.rend(); ++plan)
+    if (columns_of(*plan, needed))
+      for (const int column : plan->reads) needed[static_cast<size_t>(column)] = true;
+  std::erase_if(plans.outputs, [&](const OutputPlan& plan) { return !columns_of(plan, needed); });
+}
+
+// Places alone do not ask how anything moves; forces and energies are measured against the energy of the system (histories.h).
+bool only_places(const OutputPlan& plan) {
+  const Quantity q = plan.def.quantity;
+  if (family_of(q) == OutputFamily::frame)
+    return plan.relative_to < 0 && (q == Quantity::position || q == Quantity::rotation || q == Quantity::displacement);
+  return q == Quantity::value || q == Quantity::q || q == Quantity::expression;
+}
+
 }  // namespace
 
-OutputPlans plan_outputs(Model& model, const Scene& scene, bool all_shown) {
+OutputPlans plan_outputs(Model& model, const Scene& scene, bool all_shown, const std::vector<bool>& read) {
   OutputPlans plans;
   plans.shown.resize(scene.bodies.size());
   for (size_t b = 0; b < scene.bodies.size(); ++b) {
@@ -407,8 +428,10 @@ OutputPlans plan_outputs(Model& model, const Scene& scene, bool all_shown) {
   for (OutputPlan& plan : plans.outputs)
     if (family_of(plan.def.quantity) == OutputFamily::combination)
       find_reads(plan, plans.outputs, plans.columns, fmt::format("{}:{}: output '{}'", scene.file.string(), plan.def.line, plan.def.name));
+  if (!read.empty()) leave_unread(read, plans);
   share_joint_frames(model, plans);
   share_frames(model, plans.outputs);
+  plans.moving = !std::all_of(plans.outputs.begin(), plans.outputs.end(), only_places);
   plans.frames = frames_read(model, plans);
   plans.in_plane = !plans.accelerations && !plans.reactions && std::all_of(plans.outputs.begin(), plans.outputs.end(), read_in_plane);
   // Once all frames are known.

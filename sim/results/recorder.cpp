@@ -36,7 +36,7 @@ void write_quaternion(const Mat3& R, Eigen::MatrixX4d& out, Eigen::Index row) {
 
 // Brings the work to a sample, with what the outputs need. Returns the energies of the system.
 Energy bring(System& system, double t, const VecX& y, const SampleNeeds& needs, Reactions& reactions) {
-  if (needs.in_plane) return place_plane_sample(system, t, y.data(), needs.frames);
+  if (needs.in_plane) return place_plane_sample(system, t, y.data(), needs.frames, needs.moving);
   const Energy energy = place_space_sample(system, t, y.data(), needs.frames);
   if (needs.accelerations) {
     update_system_accelerations(system);
@@ -107,6 +107,7 @@ SampleNeeds::SampleNeeds(const System& system, const OutputPlans& plans, bool fo
     : in_plane(plans.in_plane && !forces && has_plane_samples(system)),
       accelerations(plans.accelerations || forces),
       reactions(plans.reactions || forces),
+      moving(plans.moving || !system.model.couplings.empty()),  // ropes are looked at (left_ranges.h)
       frames(plans.frames) {}
 
 Recorder::Recorder(System& system, const std::vector<double>& times) {
@@ -193,6 +194,7 @@ Recorder::Recorder(System& system, const std::vector<double>& times) {
     else loads_->size(nt, results_.bodies);
   }
   needs_ = SampleNeeds(system, plans_, loads_.has_value());
+  needs_.moving = true;  // energies and rates are kept
   results_.kinetic = results_.strain = results_.potential = results_.supplied = results_.dissipated = VecX::Zero(nt);
   table_ = MatX::Zero(static_cast<Eigen::Index>(plans_.columns.size()), nt);
 
@@ -270,7 +272,8 @@ Results Recorder::finish(const System&) {
   return std::move(results_);
 }
 
-HistoryRecorder::HistoryRecorder(System& system, const std::vector<double>& times) : plans_(plan_outputs(system.model, system.scene)) {
+HistoryRecorder::HistoryRecorder(System& system, const std::vector<double>& times, const std::vector<bool>& read)
+    : plans_(plan_outputs(system.model, system.scene, false, read)) {
   histories_.times = Eigen::Map<const VecX>(times.data(), static_cast<Eigen::Index>(times.size()));
   histories_.columns = plans_.columns;
   histories_.units = plans_.units;

@@ -39,7 +39,7 @@ void grow_work(System& system);
 
 // What a sample takes beside coordinates, poses and twists, and whether these are had from the scene's plane.
 struct SampleNeeds {
-  bool in_plane = false, accelerations = false, reactions = false;
+  bool in_plane = false, accelerations = false, reactions = false, moving = true;
   std::vector<int> frames;  // OutputPlans::frames
   SampleNeeds() = default;
   // forces: section forces are wanted.
@@ -85,7 +85,8 @@ class Recorder {
 // Samples of a run's outputs only, for runs that are compared and thrown away.
 class HistoryRecorder {
  public:
-  HistoryRecorder(System& system, const std::vector<double>& times);
+  // read: as plan_outputs has it.
+  HistoryRecorder(System& system, const std::vector<double>& times, const std::vector<bool>& read = {});
   void record(System& system, double t, const VecX& y);
   bool in_plane() const { return needs_.in_plane; }
   Histories finish() { return std::move(histories_); }

@@ -3,6 +3,7 @@
 #include "sim/results/recorder.h"
 #include "sim/run/complete_inertia.h"
 #include "sim/run/integrate_run.h"
+#include "sim/run/left_ranges.h"
 #include "sim/run/passes.h"
 #include "sim/run/second_run.h"
 #include "sim/scene/joint_kinds.h"
@@ -50,6 +51,27 @@ std::vector<double> sample_times(const SimulationSettings& s) {
 
 namespace {
 
+// What is looked at beside the outputs.
+class Beside {
+ public:
+  explicit Beside(const System& system) : ranges_(system), swings_(VecX::Zero(static_cast<Eigen::Index>(system.scene.bodies.size()))) {}
+  void look(System& system, double t) {
+    ranges_.look(system, t);
+    for (const Part& part : system.model.parts)
+      if (part.body.n > 0 && part.scene_body >= 0)
+        swings_[part.scene_body] = std::max(swings_[part.scene_body], system.work.q.segment(part.eq0, part.body.n).norm());
+  }
+  SeenBeside seen(const System& system) const {
+    SeenBeside out{system.notes, swings_};
+    ranges_.warn(out.notes);
+    return out;
+  }
+
+ private:
+  LeftRanges ranges_;
+  VecX swings_;
+};
+
 // start: null, or make_system(scene).
 Histories histories_of(const System* start, const Scene& scene, const SimulateOptions& options) {
   return with_complete_inertia(scene, [&](const Scene& s, int& indefinite) {
@@ -59,18 +81,22 @@ Histories histories_of(const System* start, const Scene& scene, const SimulateOp
       if (options.tolerance) system.tolerance = *options.tolerance;
       system.weights.shares = shares;
       const std::vector<double> times = thinned(sample_times(s.simulation), system.model, s, options.samples);
-      HistoryRecorder recorder(system, times);
+      HistoryRecorder recorder(system, times, options.read);
+      std::optional<Beside> beside;
+      if (options.beside) beside.emplace(system);
       RunSpan span = whole_run(s.simulation, times);
       const SolverStatistics statistics = integrate(
           system, options.method.value_or(s.simulation.method), span, {options.progress, steps_allowed(scene, options), options.tell},
           [&](System& at, double t, const VecX& y) {
             recorder.record(at, t, y);
             require_sample_closed(at, recorder.in_plane());
+            if (beside) beside->look(at, t);
           },
           indefinite);
       wanted = system.weights.narrowed(system);
       Histories out = recorder.finish();
       out.statistics = statistics;
+      if (beside) *options.beside = beside->seen(system);
       return out;
     });
   });

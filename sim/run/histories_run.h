@@ -11,6 +11,12 @@
 
 namespace flexframe::sim {
 
+// What a run of histories shows beside them.
+struct SeenBeside {
+  Notes notes;  // warnings of the system and of ranges that were left (left_ranges.h)
+  VecX swings;  // of every body of the scene, the largest Euclidean norm of its elastic coordinates, piece by piece
+};
+
 struct SimulateOptions {
   std::optional<double> tolerance;  // overrides the scene's
   std::optional<double> accuracy;   // overrides the scene's, and its tolerance: accuracy.h
@@ -20,6 +26,8 @@ struct SimulateOptions {
   // accuracy (a hundredth where none is asked) becomes a warning. Needs estimate_error.
   bool check_effects = true;
   int samples = 0;                    // simulate_histories: thin the output times to about this many; 0: all of them
+  std::vector<bool> read;             // simulate_histories: of the columns, those that anybody reads (the others are zero); empty: all
+  SeenBeside* beside = nullptr;       // simulate_histories: null: not looked at
   std::vector<double> weight_shares;  // of the trees, where they are known from another run of the scene (ErrorWeights); empty: found
   // Called now and then with the simulated time (s); may throw to stop.
   std::function<void(double time)> progress;

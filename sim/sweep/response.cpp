@@ -263,6 +263,12 @@ double Response::value(const Histories& histories, std::span<const double> setti
   return value(histories, settings, Seen::samples);
 }
 
+void Response::mark_read(const Formula& formula, std::vector<bool>& columns) {
+  for (const auto& [source, at] : formula.reads)
+    if (source == Formula::Source::column) columns[at] = true;
+  for (const auto& reduction : formula.reductions) mark_read(reduction->of, columns);
+}
+
 bool Response::reads_frequency() const {
   return std::any_of(formula_.reductions.begin(), formula_.reductions.end(), [](const auto& r) { return r->word == frequency; });
 }

@@ -41,6 +41,9 @@ class Response {
   // None where that is no measure (times and frequencies, values of one sample alone).
   std::optional<double> share_of_sampling(const Histories& histories, std::span<const double> settings) const;
 
+  // Marks the columns that it reads.
+  void mark_read(std::vector<bool>& columns) const { mark_read(formula_, columns); }
+
   // Is a frequency of a history in it?
   bool reads_frequency() const;
 
@@ -60,6 +63,7 @@ class Response {
   struct Known {
     std::span<const std::string> columns, settings;
   };
+  static void mark_read(const Formula& formula, std::vector<bool>& columns);
   static Formula read(const std::string& text, const Known& known, bool of_histories);
   // What extreme values are taken of: the samples, or what lies between them too.
   enum class Seen { samples, between };

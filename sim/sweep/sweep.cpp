@@ -13,6 +13,7 @@
 #include "sim/scene/toml_output.h"
 #include "sim/start/make_system.h"
 #include "sim/sweep/minimise.h"
+#include "sim/sweep/shared_settings.h"
 #include "sim/sweep/workers.h"
 
 #include <fmt/format.h>
@@ -143,10 +144,10 @@ void tell_of_samples(const Sweep& sweep, const std::string& text, SweepRow& row)
   if (sweep.question.strict) std::fill(row.responses.begin(), row.responses.end(), std::nullopt);
 }
 
-void check_samples(const Sweep& sweep, const std::vector<std::size_t>& coarse, const Results& results, SweepRow& row) {
+void check_samples(const Sweep& sweep, const std::vector<std::size_t>& coarse, const Results* results, SweepRow& row) {
   const auto frequency = [](const Response& response) { return response.reads_frequency(); };
-  if (std::any_of(sweep.responses.begin(), sweep.responses.end(), frequency))
-    if (const auto fast = faster_than_samples(results))
+  if (results && std::any_of(sweep.responses.begin(), sweep.responses.end(), frequency))
+    if (const auto fast = faster_than_samples(*results))
       tell_of_samples(sweep, fmt::format("{} {}: frequencies come out too low", fast->owner, fast_motion_text(*fast)), row);
   if (coarse.empty()) return;
   std::vector<std::string> names;
@@ -158,9 +159,9 @@ void check_samples(const Sweep& sweep, const std::vector<std::size_t>& coarse, c
       row);
 }
 
-// The numbers of a run.
-void respond(const Sweep& sweep, const std::vector<Design::Value>& values, const Results& results, SweepRow& row) {
-  const Histories histories = to_histories(results);
+// The numbers of a run. results: of the same run, null where no response reads a frequency.
+void respond(const Sweep& sweep, const std::vector<Design::Value>& values, const Histories& histories, const Results* results,
+             SweepRow& row) {
   std::vector<double> numbers;
   for (std::size_t k = 0; k < values.size(); ++k)
     if (sweep.design.axes()[k].chance || !sweep.design.axes()[k].numbers.empty()) numbers.push_back(values[k].number);
@@ -284,31 +285,44 @@ Sweep read_sweep(const fs::path& folder, const std::string& program) {
   return sweep;
 }
 
-SweepRow run_point(const Sweep& sweep, long point, const std::function<void()>& stop) {
-  return run_values(sweep, point, sweep.design.point(point), stop);
+Scene sweep_scene(const Sweep& sweep, const std::vector<Design::Value>& values) {
+  return scene_at(sweep.scene_text, sweep.question.scene, sweep.design.settings(values));
 }
 
-SweepRow run_values(const Sweep& sweep, long point, const std::vector<Design::Value>& values, const std::function<void()>& stop) {
+SimulateOptions sweep_options(const Sweep& sweep) { return options_of(sweep.question); }
+
+SweepRow run_point(const Sweep& sweep, long point, const std::function<void()>& stop, const SharedSettings* shared) {
+  return run_values(sweep, point, sweep.design.point(point), stop, shared);
+}
+
+SweepRow run_values(const Sweep& sweep, long point, const std::vector<Design::Value>& values, const std::function<void()>& stop,
+                    const SharedSettings* shared) {
   const SweepQuestion& q = sweep.question;
   const double start = cpu_seconds();
   SweepRow row;
   row.point = point;
   row.responses.resize(sweep.responses.size());
   try {
-    const Scene scene = scene_at(sweep.scene_text, q.scene, sweep.design.settings(values));
+    const Scene scene = sweep_scene(sweep, values);
     SimulateOptions options = options_of(q);
     options.progress = [&](double) {
       if (stop) stop();
       if (q.longest > 0.0 && cpu_seconds() - start > q.longest) throw TooLong{};
     };
-    const Results results = simulate_as_asked(scene, options);
-    const SolverStatistics& s = results.statistics;
-    row.error = s.error_estimate;
-    row.column = s.error_column;
-    const std::vector<std::string> warnings = s.notes.texts(Severity::warning);
-    row.message = fmt::format("{}", fmt::join(warnings, "; "));
-    if (!warnings.empty()) row.end = q.strict ? PointEnd::failed : PointEnd::warned;
-    if (row.end != PointEnd::failed) respond(sweep, values, results, row);
+    const auto tell = [&](const std::vector<std::string>& warnings, double error, const std::string& column) {
+      row.error = error;
+      row.column = column;
+      row.message = fmt::format("{}", fmt::join(warnings, "; "));
+      if (!warnings.empty()) row.end = q.strict ? PointEnd::failed : PointEnd::warned;
+    };
+    if (const auto run = shared ? run_with_shared(sweep, *shared, scene, point, options) : std::nullopt) {
+      tell(run->warnings, run->error, run->column);
+      if (row.end != PointEnd::failed) respond(sweep, values, run->histories, nullptr, row);
+    } else {
+      const Results results = simulate_as_asked(scene, options);
+      tell(results.statistics.notes.texts(Severity::warning), results.statistics.error_estimate, results.statistics.error_column);
+      if (row.end != PointEnd::failed) respond(sweep, values, to_histories(results), &results, row);
+    }
   } catch (const InputError& problem) {
     row.end = PointEnd::refused;
     row.message = problem.what();
@@ -380,6 +394,16 @@ ShardReport run_shard(const Sweep& sweep, const SweepShard& options) {
   report.kept = std::count(there.begin(), there.end(), true);
   RowsWriter writer(path, sweep.identity, keep, old.bytes);
 
+  std::shared_ptr<const SharedSettings> shared;
+  if (report.kept < report.points) {
+    const double began = cpu_seconds();
+    shared = find_shared_settings(sweep, [&] {
+      if (options.progress) options.progress(report.kept, count);
+    });
+    report.settings_cpu = cpu_seconds() - began;
+    if (shared) report.settings = shared_settings_text(*shared);
+  }
+
   long at = 0;
   WorkersPlan plan;
   plan.workers =
@@ -388,7 +412,7 @@ ShardReport run_shard(const Sweep& sweep, const SweepShard& options) {
     while (at < count && there[at]) ++at;
     return at < count ? std::optional<long>(first + step * at++) : std::nullopt;
   };
-  plan.work = [&](long point) { return row_line(run_point(sweep, point)); };
+  plan.work = [&](long point) { return row_line(run_point(sweep, point, {}, shared.get())); };
   plan.done = [&](long, std::string&& line) {
     writer.append(line);
     const std::optional<SweepRow> row = read_row_line(line, sweep.responses.size());
@@ -420,11 +444,12 @@ ShardReport run_shard(const Sweep& sweep, const SweepShard& options) {
 double pilot_cpu(const Sweep& sweep, int most, double seconds) {
   std::vector<double> cpu;
   double spent = 0.0;
+  const std::shared_ptr<const SharedSettings> shared = find_shared_settings(sweep, {});
   const long n = std::min<long>(most, sweep.design.size());
   for (long k = 0; k < n && spent < seconds; ++k) {
     const long point = n > 1 ? k * (sweep.design.size() - 1) / (n - 1) : 0;
     cpu.push_back(sweep.goal ? run_values(sweep, point, sweep.design.place(sweep.design.start(static_cast<int>(k)))).cpu
-                             : run_point(sweep, point).cpu);
+                             : run_point(sweep, point, {}, shared.get()).cpu);
     spent += cpu.back();
   }
   std::sort(cpu.begin(), cpu.end());

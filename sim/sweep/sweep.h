@@ -77,10 +77,18 @@ Sweep make_sweep(const SweepQuestion& question, const std::filesystem::path& fol
 void write_question(const Sweep& sweep);
 Sweep read_sweep(const std::filesystem::path& folder, const std::string& program);
 
-// The row of one point, made in this process. Throws what stop throws, which is called now and then.
-SweepRow run_point(const Sweep& sweep, long point, const std::function<void()>& stop = {});
+struct SharedSettings;  // shared_settings.h
+
+// The row of one point, made in this process. Throws what stop throws, which is called now and then. shared: settings of an asked accuracy
+// that all points share, or null.
+SweepRow run_point(const Sweep& sweep, long point, const std::function<void()>& stop = {}, const SharedSettings* shared = nullptr);
 // The same at values of the design's keys.
-SweepRow run_values(const Sweep& sweep, long point, const std::vector<Design::Value>& values, const std::function<void()>& stop = {});
+SweepRow run_values(const Sweep& sweep, long point, const std::vector<Design::Value>& values, const std::function<void()>& stop = {},
+                    const SharedSettings* shared = nullptr);
+
+// What a point is run with: its scene (throws InputError where that is none) and the options of the question.
+Scene sweep_scene(const Sweep& sweep, const std::vector<Design::Value>& values);
+SimulateOptions sweep_options(const Sweep& sweep);
 
 struct SweepShard {
   int shard = 1, shards = 1;  // points with number % shards == shard % shards
@@ -91,6 +99,8 @@ struct SweepShard {
 struct ShardReport {
   long points = 0, kept = 0, made = 0, without = 0;  // of this shard; without: rows made now that lack a response
   double cpu = 0.0, wall = 0.0;                      // s, of the rows made now; of the whole
+  double settings_cpu = 0.0;                         // s, of the search for settings that the points share
+  std::string settings;                              // what these are; empty: none
 };
 // Runs what is missing of the shard into its file of rows. Throws InputError for a shard that is none, FileError.
 ShardReport run_shard(const Sweep& sweep, const SweepShard& options);

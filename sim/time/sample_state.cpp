@@ -35,17 +35,17 @@ bool has_plane_samples(const System& system) {
   return std::abs(system.plane->axes.col(2).dot(g)) <= 1e-12 * g.norm();
 }
 
-Energy place_plane_sample(System& system, double t, const double* y, const std::vector<int>& frames) {
+Energy place_plane_sample(System& system, double t, const double* y, const std::vector<int>& frames, bool moving) {
   const Model& model = system.model;
   unpack_state(system, y);
   update_expressions(system.model, t, system.work);
   PlaneWork work(system.work, *system.plane);
   update_positions(model, work);
-  update_velocities_alone(model, work);
+  if (moving) update_velocities_alone(model, work);
   place_in_space(model, work, system.work);
   for (const int f : frames) place_frame(model, f, work, system.work);
   place_load_frames(model, system.work);
-  return compute_energy(model, work, system.work);
+  return moving ? compute_energy(model, work, system.work) : Energy{};
 }
 
 Energy place_space_sample(System& system, double t, const double* y, const std::vector<int>& frames) {

@@ -11,8 +11,8 @@ bool has_plane_samples(const System& system);
 
 // Brings the work in space to (t, y) by the scene's plane: coordinates and rates, every loop closed; what place_in_space (plane_work.h)
 // has, the poses of `frames` besides, and of those of springs. Inertias and accelerations are not made. Returns the energies of the
-// system.
-Energy place_plane_sample(System& system, double t, const double* y, const std::vector<int>& frames = {});
+// system. moving: false where nobody asks how anything moves: rates that close loops and twists stay as they were, energies are zero.
+Energy place_plane_sample(System& system, double t, const double* y, const std::vector<int>& frames = {}, bool moving = true);
 
 // The same by the equations in space: set_state, and the poses.
 Energy place_space_sample(System& system, double t, const double* y, const std::vector<int>& frames = {});
