@@ -1,5 +1,6 @@
 #include "sim/model/joint_motion.h"
 
+#include "sim/base/sine_cosine.h"
 #include "sim/scene/curve.h"
 #include "sim/scene/joint_kinds.h"
 
@@ -60,19 +61,6 @@ void update_joint_velocity(const TreeJoint& joint, const double* q, const double
   // out.pose is already the inverse: -Ad(pose) of the forward bias.
   if (joint.reversed) out.bias = -to_parent(inverse(out.pose), out.bias);
 }
-
-namespace {
-
-void sine_cosine(double angle, double& sine, double& cosine) {
-#ifdef __GLIBC__
-  sincos(angle, &sine, &cosine);
-#else
-  sine = std::sin(angle);
-  cosine = std::cos(angle);
-#endif
-}
-
-}  // namespace
 
 bool in_plane(const TreeJoint& joint, const Mat3& QA, const Mat3& QB, PlaneJoint& out) {
   out.reversed = joint.reversed;

@@ -4,7 +4,7 @@
 // few of them: the middle one, and those where a key is smallest or largest. Each of these is simulated to half of the asked accuracy; a
 // run with half as many modes and elements more, at a tenth of the tolerance, judges it and all that follows. The settings of one place
 // that keep the accuracy against these runs at all places are made cheaper (looser, fewer modes, fewer elements) for as long as they keep
-// it with a fifth to spare, what the judges themselves may be off counted in. What is found is written to the sweep's folder once, whoever
+// half of it, what the judges themselves may be off counted in. What is found is written to the sweep's folder once, whoever
 // comes first, so that rows do not depend on workers, shards and kills.
 //
 // Errors are those of the outputs that responses read. A point that is not like the places searched is simulated to the accuracy by itself,

@@ -1,5 +1,6 @@
 #include "sim/time/exponential.h"
 
+#include "sim/base/sine_cosine.h"
 #include "sim/time/power_series.h"
 
 #include <algorithm>
@@ -486,19 +487,24 @@ Driven driven(double f, double h, double g, double gq, double x) {
     return {u, du / h - gq * ramp};
   }
   const double f2 = f * f, c = 2.0 * g / f2, b = (4.0 * gq / h - g) / f2, a = -(gq / h + 2.0 * c / (h * h)) / f2, sine = -b / (h * f);
-  const double cos = std::cos(f * h * x), sin = std::sin(f * h * x);
+  double sin = 0.0, cos = 0.0;
+  sine_cosine(f * h * x, sin, cos);
   return {a + b * x + c * x * x - a * cos + sine * sin, (b + 2.0 * c * x) / h + f * (a * sin + sine * cos) - gq * ramp};
 }
 
 }  // namespace
 
 // What a remainder that is `change` (2 theta^2 - theta) more makes of the state, from a step's beginning on.
-void ExponentialSolver::add_correction(const LinearModel& m, const VecX& change, double h, double theta, VecX& y) const {
+ExponentialSolver::Correction ExponentialSolver::correction_by(const LinearModel& m, const VecX& change) const {
+  return {change, m.modes.gauges * change.segment(nq_, nw_), m.modes.gauges * m.directions(change.head(nq_))};
+}
+
+void ExponentialSolver::add_correction(const LinearModel& m, const Correction& by, double h, double theta, VecX& y) const {
+  const auto& [change, w, p] = by;
   const Eigen::Index tail = problem_.size - nq_ - nw_;
   const double once = h * theta * theta * (2.0 * theta / 3.0 - 0.5), twice = h * h * theta * theta * theta * (theta - 1.0) / 6.0;
   y.head(nq_) += once * change.head(nq_);
   y.tail(tail) += once * change.tail(tail);
-  const VecX w = m.modes.gauges * change.segment(nq_, nw_), p = m.modes.gauges * m.directions(change.head(nq_));
   VecX u(nw_), v(nw_);
   for (Eigen::Index k = 0; k < nw_; ++k) {
     // What is no vibration is carried along.
@@ -517,7 +523,7 @@ bool ExponentialSolver::correct_end(const VecX& change, double h, const VecX& we
   const LinearModel& m = trial_model_;
   if (m.modes.frequencies.isZero(0.0)) return false;
   end = predicted_;
-  add_correction(m, change, h, 1.0, end);
+  add_correction(m, correction_by(m, change), h, 1.0, end);
   if (!end.allFinite()) return false;
   const VecX w = end.segment(nq_, nw_) - predicted_.segment(nq_, nw_), p = m.directions(end.head(nq_) - predicted_.head(nq_));
   VecX left_out(problem_.size);
@@ -620,7 +626,7 @@ bool ExponentialSolver::sample(double h, Eigen::Index first, Eigen::Index every,
       rates = full_rate_;
     } else {
       evaluate_solution(m, state_, {solved, h}, work_, theta * h, y);
-      if (trial_changed_.size() > 0) add_correction(m, trial_changed_, h, theta, y);
+      if (trial_changed_.size() > 0) add_correction(m, correction_by(m, trial_changed_), h, theta, y);
       if (!y.allFinite() || !rates_of_(t, y.data(), rates.data())) return false;
       evaluations_ += 1.0;
     }
@@ -701,6 +707,12 @@ double ExponentialSolver::step(double t_stop, VecX& y) {
       std::swap(model_, trial_model_);
       std::swap(d_, trial_d_);
       std::swap(changed_, trial_changed_);
+      if (changed_.size() > 0) {
+        correction_ = correction_by(model_, changed_);
+        solved_ = d_;
+        solved_.col(1) += changed_;
+        solved_.col(2) -= 2.0 * changed_;
+      }
       std::swap(shaken_, trial_shaken_);
       std::swap(solution_, work_);
       turning_ = turning_span(h);
@@ -722,11 +734,8 @@ void ExponentialSolver::interpolate(double t, VecX& y) const {
     add_shaken(model_, shaken_, s, y);
     return;
   }
-  MatX before = d_;
-  before.col(1) += changed_;
-  before.col(2) -= 2.0 * changed_;
-  evaluate_solution(model_, begin_, {before, span_}, solution_, s, y);
-  add_correction(model_, changed_, span_, s / span_, y);
+  evaluate_solution(model_, begin_, {solved_, span_}, solution_, s, y);
+  add_correction(model_, correction_, span_, s / span_, y);
 }
 
 }  // namespace flexframe::sim

@@ -118,7 +118,12 @@ class ExponentialSolver {
   double turning_span(double h) const;
   void remove_oscillation(const LinearModel& model, const Parabola& remainder, double s, double h, VecX& y) const;
   bool correct_end(const VecX& change, double h, const VecX& weight, VecX& end) const;
-  void add_correction(const LinearModel& model, const VecX& change, double h, double theta, VecX& y) const;
+  // A remainder that is `change` (2 theta^2 - theta) more, with its rows of w and p in amounts.
+  struct Correction {
+    VecX change, w, p;
+  };
+  Correction correction_by(const LinearModel& model, const VecX& change) const;
+  void add_correction(const LinearModel& model, const Correction& by, double h, double theta, VecX& y) const;
   bool find_middle(double h);
   bool find_end(const VecX& centre, const VecX& slope, const VecX& bend, double h, VecX& end);
   bool attempt(double h);
@@ -147,6 +152,9 @@ class ExponentialSolver {
   MatX d_, trial_d_;  // remainder of the last step as a polynomial of the share of it: size x 3
   // What was added to its end's remainder after the series, which have changed_ (2 theta^2 - theta) less than d_; size 0: nothing.
   VecX changed_, trial_changed_;
+  // Of the last step where there is such a change: what its solution was found with, for the states within it.
+  MatX solved_;
+  Correction correction_;
   double span_ = 0.0;  // the step that d_ belongs to; 0: none
   // Evaluated with what oscillates, of steps that follow it: a state at the last step's end, of the trial step's end; rates there.
   VecX full_, full_rate_, full_end_, full_end_rate_;

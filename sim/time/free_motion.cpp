@@ -1,5 +1,6 @@
 #include "sim/time/free_motion.h"
 
+#include "sim/base/sine_cosine.h"
 #include "sim/base/small_matrices.h"
 #include "sim/base/wide.h"
 
@@ -131,7 +132,9 @@ VecX FreeMotion::turned(const VecX& z, double s) const {
   const Eigen::Index n = frequencies_.size();
   VecX out(2 * n);
   for (Eigen::Index k = 0; k < n; ++k) {
-    const double f = frequencies_[k], cos = std::cos(f * s), sin = std::sin(f * s);
+    const double f = frequencies_[k];
+    double sin = 0.0, cos = 0.0;
+    sine_cosine(f * s, sin, cos);
     out[k] = cos * z[k] + sin / f * z[n + k];
     out[n + k] = cos * z[n + k] - f * sin * z[k];
   }
