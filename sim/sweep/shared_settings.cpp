@@ -6,6 +6,7 @@
 #include "sim/base/file_output.h"
 #include "sim/scene/fingerprint.h"
 #include "sim/scene/toml_output.h"
+#include "sim/time/system.h"
 
 #include <fmt/format.h>
 
