@@ -25,6 +25,8 @@ namespace {
 constexpr size_t weighed_alone = 16;
 // Looks at a run: a harmonic of a tenth of it is seen ten times.
 constexpr size_t wanted_looks = 100;
+// Looks at the mechanism's vibrations are dearer: one in so many.
+constexpr size_t looks_a_vibration_look = 10;
 // A Timoshenko factor where the section gives none: that of a rectangle.
 constexpr double usual_shear_factor = 5.0 / 6.0;
 
@@ -283,6 +285,23 @@ void LeftOut::strains_of_second_order(const System& system, const CutBeam& beam,
   }
 }
 
+// Energy of strains and forces that are straight between the ends of an interval, J.
+double LeftOut::energy_between(const Strained& left, const Strained& right, double dx) {
+  return dx / 6.0 *
+         (left.strain.dot(left.force) + right.strain.dot(right.force) +
+          0.5 * (left.strain.dot(right.force) + right.strain.dot(left.force)));
+}
+
+// Strains of first order at both ends of every interval of a beam that lacks them.
+void LeftOut::strains_of_first_order(const CutBeam& beam, const Item& item, std::vector<Strained>& out) const {
+  const char* other = item.effect == "bending_xy" ? "bending_xz" : item.effect == "bending_xz" ? "bending_xy" : "";
+  const bool other_bends = on(model_.effects, scene_.bodies[beam.body].name, other);
+  const BeamDef& def = beam_of(scene_, beam.body);
+  out.clear();
+  for (size_t k = 0; k + 1 < beam.x.size(); ++k)
+    for (const Vec6& F : {beam.left[k], beam.right[k]}) out.push_back({missing_strain(def, item.effect, other_bends, F), F});
+}
+
 LeftOut::Moved LeftOut::strained(const System& system, Item& item) const {
   Moved out(sections_.beams().size());
   double energy = 0.0, pull = 0.0;
@@ -293,25 +312,15 @@ LeftOut::Moved LeftOut::strained(const System& system, Item& item) const {
   for (size_t b = 0; b < out.size(); ++b) {
     const CutBeam& beam = sections_.beams()[b];
     if (std::find(item.bodies.begin(), item.bodies.end(), beam.body) == item.bodies.end()) continue;
-    const BeamDef& def = beam_of(scene_, beam.body);
-    if (second_order) {
-      strains_of_second_order(system, beam, item, at);
-    } else {
-      const char* other = item.effect == "bending_xy" ? "bending_xz" : item.effect == "bending_xz" ? "bending_xy" : "";
-      const bool other_bends = on(model_.effects, scene_.bodies[beam.body].name, other);
-      at.clear();
-      for (size_t k = 0; k + 1 < beam.x.size(); ++k)
-        for (const Vec6& F : {beam.left[k], beam.right[k]}) at.push_back({missing_strain(def, item.effect, other_bends, F), F});
-    }
+    if (second_order) strains_of_second_order(system, beam, item, at);
+    else strains_of_first_order(beam, item, at);
     std::vector<Vec6>& moved = out[b];
     moved.assign(beam.x.size(), Vec6::Zero());
     for (size_t k = 0; k + 1 < beam.x.size(); ++k) {
       const double dx = beam.x[k + 1] - beam.x[k];
       const Strained &left = at[2 * k], &right = at[2 * k + 1];
       const Vec6 mean = 0.5 * dx * (left.strain + right.strain);
-      energy += dx / 6.0 *
-                (left.strain.dot(left.force) + right.strain.dot(right.force) +
-                 0.5 * (left.strain.dot(right.force) + right.strain.dot(left.force)));
+      energy += energy_between(left, right, dx);
       const Vec3 arm = beam.place[k + 1] - beam.place[k], turn = beam.axes[k] * mean.tail<3>(), before = moved[k].tail<3>();
       moved[k + 1].head<3>() = moved[k].head<3>() + before.cross(arm) + beam.axes[k] * mean.head<3>() + 0.5 * turn.cross(arm);
       moved[k + 1].tail<3>() = before + turn;
@@ -465,6 +474,7 @@ void LeftOut::look(System& system, double t, const VecX& y) {
   const VecX rest = outputs(nullptr);
   for (Item& item : items_) follow(system, item, rest);
   follow_deformation(system);
+  if (times_.size() % looks_a_vibration_look == 1) look_at_vibrations(system, t, y, rest);
 }
 
 LeftOut::Response LeftOut::response(const Item& item, const std::vector<double>& s, bool from_rest) const {
@@ -690,12 +700,14 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
   }
   const bool unjudged = has_unjudged_forces();
   const double stored = std::accumulate(strain_.begin(), strain_.end(), 0.0);
-  for (const Item& item : items_) {
+  for (size_t i = 0; i < items_.size(); ++i) {
+    const Item& item = items_[i];
     LeftOutWorth found;
     found.effect = item.effect;
     found.possible = item.possible;
     for (const int b : item.bodies) found.owners.push_back(scene_.bodies[b].name);
     const Drift lost = drift(item, results);
+    const VecX slower = slowed_vibrations(i, results.times[results.times.size() - 1] - results.times[0]);
     const Response pulled = response(item, item.pull, from_rest);
     std::vector<double> error(columns_.size(), 0.0);
     std::map<std::string, double> size;
@@ -724,7 +736,9 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
       const bool length = run.units[c] == "m", kinematic = length || run.units[c] == "m/s" || run.units[c].starts_with("rad");
       const double floor = run.units[c] == "N m" ? 1e-12 * largest["N"] : run.units[c].starts_with("rad") ? 1e-12 : 0.0;
       if (!sized(c) && range <= std::max((kinematic ? still : 1e-6) * std::max(largest[run.units[c]], most), floor)) continue;
-      const double drifted = known > 0.0 ? lost.phase * out_of_phase(lost, columns_[c], run.units[c], range) : 0.0;
+      const double drifted = known > 0.0 ? std::max(lost.phase * out_of_phase(lost, columns_[c], run.units[c], range),
+                                                    std::min(1.0, slower[static_cast<Eigen::Index>(c)] / range))
+                                         : 0.0;
       const double share = error[c] / range + drifted;
       if (share <= found.share) continue;
       found.share = share;

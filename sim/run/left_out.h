@@ -72,7 +72,17 @@ class LeftOut {
   // Sections' displacements and rotations relative to the part's root, in its axes: a beam part of sections_, a place.
   using Moved = std::vector<std::vector<Vec6>>;
 
+  // What the mechanism vibrates in at a look: its modes, by the stiffness of its bodies.
+  struct Vibrations {
+    VecX frequencies;               // rad/s, ascending
+    VecX by_rate, by_acceleration;  // amounts that their rates and their accelerations tell of
+    MatX reach;                     // of the followed columns, per amount
+    MatX slowed;                    // an item a row: share of its frequency that a mode loses
+  };
+
   Moved strained(const System& system, Item& item) const;
+  static double energy_between(const Strained& left, const Strained& right, double dx);
+  void strains_of_first_order(const CutBeam& beam, const Item& item, std::vector<Strained>& out) const;
   void strains_of_second_order(const System& system, const CutBeam& beam, Item& item, std::vector<Strained>& out) const;
   void displace_frames(const Moved& moved);
   void restore_frames();
@@ -81,6 +91,10 @@ class LeftOut {
   VecX outputs(const double* previous);
   void follow(const System& system, Item& item, const VecX& rest);
   void follow_deformation(const System& system);
+  void look_at_vibrations(System& system, double t, const VecX& y, const VecX& rest);
+  double energy_without(const Item& item, const std::vector<CutBeam>& before) const;
+  // What an item moves the columns of the outputs by, in their units, as it slows the mechanism's vibrations down over so many seconds.
+  VecX slowed_vibrations(size_t item, double duration) const;
   // Whether the run has outputs that a look does not judge.
   bool has_unjudged_forces() const;
   // What the vibrations of a run lose in phase by its end, rad; of the one that this moves farthest its range, m, and frequency, rad/s.
@@ -107,9 +121,10 @@ class LeftOut {
   std::vector<Item> items_;
   std::vector<Pose> offset_, pose_;  // of the frames on beams, as they are
   Reactions reactions_;
-  std::vector<double> switches_;                    // of loads and motions, s
-  bool struck_ = false;                             // a load comes or goes at once
-  std::vector<char> sudden_;                        // a look: loads switched since the one before
+  std::vector<double> switches_;  // of loads and motions, s
+  bool struck_ = false;           // a load comes or goes at once
+  std::vector<char> sudden_;      // a look: loads switched since the one before
+  std::vector<Vibrations> vibrations_;
   std::vector<double> times_, strain_, bent_mass_;  // a look: s; strain energy, J; sum m d^2 of the deformation, kg m^2
 };
 

@@ -11,6 +11,7 @@
 #include "sim/scene/joint_kinds.h"
 #include "sim/start/complex_modes.h"
 #include "sim/start/massless_modes.h"
+#include "sim/start/structural_matrices.h"
 
 #include <algorithm>
 #include <cmath>
@@ -165,41 +166,16 @@ VecX Point::force(const State& at, Eigen::Index moved, double step, Eigen::Index
   return out;
 }
 
-// Mass matrix, structural stiffness and damping from the rates that unit independent rates make.
 void Point::exact_matrices() {
-  const Eigen::Index n = static_cast<Eigen::Index>(all_.size());
-  made_.N = MatX::Zero(model_.nv, n);
-  MatX& N = made_.N;
-  std::vector<MatX> twist(model_.parts.size(), MatX::Zero(6, n));
-  const std::vector<TimeJet> motion = work_.motion;
-  for (TimeJet& jet : work_.motion) jet.rate = 0.0;
-  update_positions(model_, work_);
-  for (Eigen::Index k = 0; k < n; ++k) {
-    work_.w.setZero();
-    work_.w[all_[k].v] = 1.0;
-    update_velocities(model_, work_);
-    N.col(k) = work_.w;
-    for (size_t i = 0; i < model_.parts.size(); ++i) twist[i].col(k) = work_.parts[i].V;
-  }
-  work_.motion = motion;
-  MatX &M = made_.system.M, &D = made_.system.D, &K = made_.system.K;
-  M = MatX::Zero(n, n);
-  D = K = made_.system.D_error = made_.system.K_error = M;
-  for (size_t i = 0; i < model_.parts.size(); ++i) {
-    const Part& p = model_.parts[i];
-    const BodyTerms& t = work_.parts[i].terms;
-    M += twist[i].transpose() * t.Mrr * twist[i];
-    if (p.body.n == 0) continue;
-    const MatX e = N.middleRows(p.ev0, p.body.n);
-    const MatX coupling = twist[i].transpose() * t.Mre * e;
-    M += coupling + coupling.transpose() + e.transpose() * elastic_mass(p.body, t) * e;
-    K += e.transpose() * p.body.Ke * e;
-    if (p.body.De.size() > 0) D += e.transpose() * p.body.De * e;
-    // From here on forces alone are wanted.
-    work_.parts[i].terms.Mee.resize(0, 0);
-  }
-  add_flexure_matrices(model_, N, K, D);
-  M = 0.5 * (M + M.transpose()).eval();
+  const StructuralMatrices exact = structural_matrices(model_, work_, all_);
+  const Eigen::Index n = exact.M.rows();
+  made_.N = exact.N;
+  made_.system.M = exact.M;
+  made_.system.D = exact.D;
+  made_.system.K = exact.K;
+  made_.system.D_error = made_.system.K_error = MatX::Zero(n, n);
+  // From here on forces alone are wanted.
+  for (PartWork& part : work_.parts) part.terms.Mee.resize(0, 0);
 }
 
 // Whether the start lies within a billionth of the mechanism's size of an equilibrium. Springs at their rest lengths without other loads

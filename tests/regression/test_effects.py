@@ -166,10 +166,30 @@ def turned_at_rest(folder):
         expect(0.5 * true < float(told[1]) < 3 * true, f"shear is told {told[1]} where {true:.2g} is true")
 
 
+def slowed_vibration(folder):
+    """The rod's stretching vibrates on after the torque ends, and the crank's, which hardly strains it, runs it out of phase."""
+    scene = (examples / "slider_crank.toml").read_text()
+    rich = 'effects = ["bending_xy", "shear", "axial"]'
+    expect(rich in scene, "the example's crank does not stretch")
+    ends = []
+    for name, text in (("poor", scene.replace(rich, 'effects = ["bending_xy", "shear"]')), ("rich", scene)):
+        words = ("--tolerance", "1e-7", "--no-error-estimate") if name == "poor" else ("--tolerance", "1e-7", "--no-effect-check")
+        said = run("simulate", written(folder, name, text), *words, "--csv", folder / f"{name}.csv").stdout
+        ends.append(history(folder / f"{name}.csv"))
+        if name == "poor":
+            told = re.search(r"WARNING +axial of 'crank' is left out, but its influence is ([0-9.e+-]+) of the range of rod_middle.x", said)
+            expect(told, f"nothing is told of the crank's stretching: {said}")
+    apart = max(abs(a - b) for a, b in zip(ends[0]["rod_middle.x"], ends[1]["rod_middle.x"]))
+    true = apart / (max(ends[1]["rod_middle.y"]) - min(ends[1]["rod_middle.y"]))
+    if told:
+        expect(0.5 * true < float(told[1]) < 3 * true, f"stretching of the crank is told {told[1]} where {true:.2g} is true")
+
+
 with temporary_folder() as folder:
     folder = pathlib.Path(folder)
     ties(folder)
     turned_at_rest(folder)
+    slowed_vibration(folder)
 
     # The table: every effect, who decided, coordinates, share. The pendulum's stiffening is worth all of its deflection (ACCURACY).
     report = json.loads(run("effects", examples / "pendulum.toml", "--json").stdout)

@@ -1,0 +1,123 @@
+// What deformations left out do to the vibrations that the mechanism has: each of its modes, at some looks, with the section forces that it
+// makes and the energy of the strains that these would make.
+#include "sim/run/left_out.h"
+
+#include "sim/dynamics/directions.h"
+#include "sim/dynamics/dynamics.h"
+#include "sim/start/structural_matrices.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace flexframe::sim {
+namespace {
+
+// The modes of more directions than these take longer than the looks may.
+constexpr size_t most_directions = 200;
+// Step along a mode, of the mechanism's size: loops close to 1e-11 of it, and what is of second order in it stays below 1e-6 of the rest.
+constexpr double small_step = 1e-6;
+
+bool is_of_second_order(const std::string& effect) { return effect == "stiffening" || effect == "gyroscopic"; }
+
+}  // namespace
+
+// Energy of the item's strains under the change of the section forces since `before`, J.
+double LeftOut::energy_without(const Item& item, const std::vector<CutBeam>& before) const {
+  double energy = 0.0;
+  std::vector<Strained> at;
+  for (size_t b = 0; b < before.size(); ++b) {
+    CutBeam beam = sections_.beams()[b];
+    if (std::find(item.bodies.begin(), item.bodies.end(), beam.body) == item.bodies.end()) continue;
+    for (size_t k = 0; k < beam.left.size(); ++k) beam.left[k] -= before[b].left[k], beam.right[k] -= before[b].right[k];
+    strains_of_first_order(beam, item, at);
+    for (size_t k = 0; k + 1 < beam.x.size(); ++k) energy += energy_between(at[2 * k], at[2 * k + 1], beam.x[k + 1] - beam.x[k]);
+  }
+  return energy;
+}
+
+// A mode of energy U whose section forces would strain the beams by the energy V as well is softer by U / (U + V): the forces of a
+// vibration are those of its inertia, with or without what is left out.
+void LeftOut::look_at_vibrations(System& system, double t, const VecX& y, const VecX& rest) {
+  const bool wanted = std::any_of(items_.begin(), items_.end(), [](const Item& item) { return !is_of_second_order(item.effect); });
+  const std::vector<Direction> directions = independent_directions(system.model, system.work);
+  if (!wanted || directions.empty() || directions.size() > most_directions) return;
+  const VecX q = system.work.q, w = system.work.w;
+  const auto n = static_cast<Eigen::Index>(directions.size());
+  VecX rate(n), acceleration(n), reach(n);
+  double size = 0.0;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const Direction& d = directions[static_cast<size_t>(k)];
+    rate[k] = w[d.v];
+    acceleration[k] = system.work.wdot[d.v];
+    reach[k] = d.scale;
+    size = std::max(size, system.model.clusters[system.model.parts[d.part].cluster].size);
+  }
+  try {
+    const StructuralVibrations modes = structural_vibrations(structural_matrices(system.model, system.work, directions));
+    const std::vector<CutBeam> before = sections_.beams();
+    Vibrations found;
+    found.frequencies = modes.frequencies;
+    found.by_rate = modes.amounts * rate;
+    found.by_acceleration = modes.amounts * acceleration;
+    found.reach = MatX::Zero(rest.size(), modes.frequencies.size());
+    found.slowed = MatX::Zero(static_cast<Eigen::Index>(items_.size()), modes.frequencies.size());
+    for (Eigen::Index j = 0; j < modes.frequencies.size(); ++j) {
+      const double omega = modes.frequencies[j];
+      // What is too slow to come to a tenth of a radian loses no phase.
+      if (!(omega * scene_.simulation.duration > 0.1)) continue;
+      found.by_rate[j] /= omega;
+      found.by_acceleration[j] /= omega * omega;
+      const double step = small_step * size / modes.shapes.col(j).cwiseProduct(reach).cwiseAbs().maxCoeff();
+      system.work.q = q;
+      system.work.w = w;
+      for (Eigen::Index k = 0; k < n; ++k)
+        move_along(system.model, directions[static_cast<size_t>(k)], step * modes.shapes(k, j), system.work);
+      update_positions(system.model, system.work);
+      update_velocities(system.model, system.work);
+      update_system_accelerations(system);
+      compute_reactions(system.model, system.work, reactions_);
+      sections_.evaluate(system.model, system.work, reactions_);
+      const double stored = 0.5 * step * step * omega * omega;
+      for (size_t i = 0; i < items_.size(); ++i)
+        if (!is_of_second_order(items_[i].effect))
+          found.slowed(static_cast<Eigen::Index>(i), j) = 1.0 - 1.0 / std::sqrt(1.0 + energy_without(items_[i], before) / stored);
+      if (assemble(system)) found.reach.col(j) = (outputs(rest.data()) - rest) / step;
+    }
+    vibrations_.push_back(std::move(found));
+  } catch (const SimulationError&) {  // a look less
+  }
+  set_state(system, t, y.data(), false);
+}
+
+// The amounts of a vibration are as large by its rates as by its accelerations, and their squares' sum is its amplitude's at any time; what
+// follows the loads slowly is larger by its rates.
+VecX LeftOut::slowed_vibrations(size_t item, double duration) const {
+  VecX squares = VecX::Zero(static_cast<Eigen::Index>(columns_.size()));
+  if (vibrations_.empty()) return squares;
+  const double looks = static_cast<double>(vibrations_.size());
+  Eigen::Index modes = vibrations_.front().frequencies.size();
+  for (const Vibrations& v : vibrations_) modes = std::min(modes, v.frequencies.size());
+  for (Eigen::Index j = 0; j < modes; ++j) {
+    double phase = 0.0;
+    for (const Vibrations& v : vibrations_) phase += duration / looks * v.frequencies[j] * v.slowed(static_cast<Eigen::Index>(item), j);
+    // Half a turn out of phase is twice the amplitude.
+    const double apart = std::min(2.0, phase);
+    for (size_t c = 0; c < columns_.size(); ++c) {
+      const Column& column = columns_[c];
+      if (column.row < 0) continue;
+      double by_rate = 0.0, by_acceleration = 0.0, most = 0.0;
+      for (const Vibrations& v : vibrations_) {
+        const double reach = v.reach(column.row, j) * std::pow(v.frequencies[j], column.order);
+        const double r = std::pow(reach * v.by_rate[j], 2), a = std::pow(reach * v.by_acceleration[j], 2);
+        by_rate += r, by_acceleration += a;
+        most = std::max(most, r + a);
+      }
+      if (most == 0.0) continue;
+      const double free = 2.0 * std::min(by_rate, by_acceleration) / (by_rate + by_acceleration);
+      squares[static_cast<Eigen::Index>(c)] += most * free * free * apart * apart;
+    }
+  }
+  return squares.cwiseSqrt();
+}
+
+}  // namespace flexframe::sim
