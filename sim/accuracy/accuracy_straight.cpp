@@ -367,14 +367,19 @@ std::optional<Finished> Straight::followed(double within) const {
   int bodies = 0;
   for (size_t b = 0; b < t_.search.scene().bodies.size(); ++b) bodies += t_.search.chooses(b);
   const double modes = (slow || bodies > 1 ? 1.5 : 0.7) * std::pow(t_.accuracy, -1.0 / 3.0);
-  if (slow) task.search.stiff_at_first *= 2;
+  // Two modes of stretching for 5e-3, four for 1e-3: what bodies pass on to each other along their axes rings as long as bending does
+  // (slider-crank: 2.2e-3 and 9e-4 off).
+  constexpr double two_stiff = 4e-3;
+  if (slow || (bodies > 1 && t_.accuracy < two_stiff)) task.search.stiff_at_first *= 2;
   // More than so many at first are judged for seconds where fewer tell that it is hopeless (slider-crank at 5e-4).
   constexpr double most_at_first = 16.0;
   // Where rates decay too, steps cost what the fastest vibration asks for, whatever the tolerance.
   const double tolerance = t_.search.undamped ? 3e-4 * t_.accuracy : std::min(3e-4 * t_.accuracy, 1e-5 * std::sqrt(t_.accuracy));
   // Where something stretches or twists, which sets the steps, the exponential method costs little more down to this (slider-crank, 1e-4 to
   // 3e-7: 0.11 to 0.19 CPU s), and errors of time do not hide what modes lack. Bending alone takes seven times the steps for it.
-  constexpr double nearly_free = 3e-7;
+  // Below 2e-7 it samples what oscillates, at a multiple of the price: an accuracy of 1e-3 stays just above that.
+  constexpr double free_at_least = 2.1e-7;
+  const double nearly_free = std::clamp(1.5e-4 * t_.accuracy, free_at_least, 3e-7);
   const bool stiff = std::any_of(t_.search.states.begin(), t_.search.states.end(), [&](const EffectState& s) {
     return (s.effect == "axial" || s.effect == "torsion") && (s.on || (s.possible && t_.search.decides(s)));
   });

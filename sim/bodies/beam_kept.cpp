@@ -94,6 +94,7 @@ struct Beam {
   Elements elements;
   std::vector<beam::Station> stations;  // those with a name, then the series
   size_t named = 0;
+  bool inertia = false;  // of motions of the holds loads the shapes
 
   Beam(const BeamDef& def, const BeamEffects& e)
       : layout(usable_layout(def, e)),
@@ -101,7 +102,8 @@ struct Beam {
         effects(e),
         elements(layout, p, e),
         stations(beam::named_stations(def)),
-        named(stations.size()) {
+        named(stations.size()),
+        inertia(!def.keep_static) {
     for (int i = 0; i <= def.elements; ++i) stations.push_back({fmt::format("node[{}]", i), i * (def.length / def.elements)});
   }
 };
@@ -271,7 +273,7 @@ Holds holds_of(const Beam& beam, const Group& g, const LongBody& body, const std
     for (size_t i = 0; i < from.size(); ++i) out.col(static_cast<Eigen::Index>(i)) = from[i];
     return out;
   };
-  return {columns(by), columns(loads), static_cast<int>(places.size())};
+  return {columns(by), columns(loads), static_cast<int>(places.size()), beam.inertia};
 }
 
 // The shapes' own modes, each with its largest deflection (the first of equal ones) positive.

@@ -247,26 +247,32 @@ MatX held_shapes(const LongBody& body, const Holds& holds, int count) {
     shapes.conservativeResize(Eigen::NoChange, shapes.cols() + 1);
     shapes.rightCols(1) = shape / size;
   };
+  // What joints deform when they move against each other, by forces in balance.
+  const MatX& H = statics.holds();
+  MatX moved(body.K.rows(), 0);
+  if (H.cols() > 0) {
+    const MatX balanced = orthogonal_complement(MatX(H.transpose() * body.rigid), independent);
+    moved = without_rigid(body, statics.clamped(H * balanced));
+  }
+  MatX loads = holds.loads;
+  if (holds.inertia) {
+    loads.conservativeResize(body.K.rows(), loads.cols() + body.rigid.cols() + moved.cols());
+    loads.rightCols(body.rigid.cols() + moved.cols()) << MatX(body.M * body.rigid), MatX(body.M * moved);
+  }
   // What loads deform beside the modes, statically: loads less the modes' share in them.
-  if (holds.loads.cols() > 0) {
-    const MatX load = statics.balanced(holds.loads);
+  if (loads.cols() > 0) {
+    const MatX load = statics.balanced(loads);
     const MatX share = modes.transpose() * load;
     MatX rest = statics.deflection(load - body.M * (modes * share));
     rest -= modes * (modes.transpose() * (body.M * rest));
     rest = without_rigid(body, rest);
     // Measured at what they deform where nothing holds the body and where it is clamped: loads on a place that is held leave rounding.
-    const MatX work = body.rigid.transpose() * holds.loads, inertia = body.M * body.rigid;
-    const MatX in_balance = holds.loads - inertia * solve_symmetric(body.rigid.transpose() * inertia, work);
-    const MatX free = without_rigid(body, statics.clamped(in_balance)), clamped = statics.clamped(holds.loads);
+    const MatX work = body.rigid.transpose() * loads, inertia = body.M * body.rigid;
+    const MatX in_balance = loads - inertia * solve_symmetric(body.rigid.transpose() * inertia, work);
+    const MatX free = without_rigid(body, statics.clamped(in_balance)), clamped = statics.clamped(loads);
     for (Eigen::Index k = 0; k < rest.cols(); ++k) append(rest.col(k), std::max(by_mass(free.col(k)), by_mass(clamped.col(k))));
   }
-  // What joints deform when they move against each other, by forces in balance.
-  const MatX& H = statics.holds();
-  if (H.cols() > 0) {
-    const MatX balanced = orthogonal_complement(MatX(H.transpose() * body.rigid), independent);
-    const MatX moved = without_rigid(body, statics.clamped(H * balanced));
-    for (Eigen::Index k = 0; k < moved.cols(); ++k) append(moved.col(k), moved.norm() > 0.0 ? by_mass(moved.col(k)) : 0.0);
-  }
+  for (Eigen::Index k = 0; k < moved.cols(); ++k) append(moved.col(k), moved.norm() > 0.0 ? by_mass(moved.col(k)) : 0.0);
   // A basis of them, always that which has most beside the ones before: by pivots of their products.
   MatX left = shapes.transpose() * (body.M * shapes);
   ByMass out(body.K.rows(), shapes.cols());

@@ -381,6 +381,28 @@ TEST(BeamKept, LoadsOnHeldPlacesAddNoShape) {
   EXPECT_EQ(make_kept_beam(def, {.bending_xy = true}, {0, 1000, 0, 0}, {hinge, {"tip", true, true, true}}).body.n, 20);
 }
 
+// Frequencies of a body of which one hold gives way: those of all coordinates, to the next order where inertia loads the shapes too.
+TEST(BeamKept, InertiaOfMovingHoldsRefinesFrequencies) {
+  const HeldPoint root{"root", true, false, false}, tip{"tip", true, false, false};
+  for (const int direction : {0, 1}) {
+    BeamEffects effects;
+    (direction == 0 ? effects.axial : effects.bending_xy) = true;
+    std::array<int, 4> count = {0, 0, 0, 0};
+    count[static_cast<size_t>(direction)] = 3;
+    double off[2];
+    for (const bool statics : {true, false}) {
+      BeamDef def = plain_beam(20);
+      def.keep_static = statics;
+      const double found = answer(make_kept_beam(def, effects, count, {root, tip}).body, effects, {root}).omega[0];
+      const double truth = answer(whole_body({def, effects, {}, {}, ""}), effects, {root}).omega[0];
+      off[statics] = found / truth - 1.0;
+    }
+    EXPECT_GT(off[1], 1e-5) << direction;
+    EXPECT_GT(off[0], -1e-9) << direction;
+    EXPECT_LT(off[0], 0.1 * off[1]) << direction;
+  }
+}
+
 // Damping ratios of the boundary's modes.
 TEST(BeamKept, DampingIsThatOfTheBoundarysModes) {
   for (const Boundary boundary : {Boundary::clamped_free, Boundary::supported_supported, Boundary::supported_free, Boundary::free_free}) {
