@@ -114,7 +114,7 @@ VecX LeftOut::slowed_vibrations(size_t item, double duration) const {
       }
       if (most == 0.0) continue;
       const double free = 2.0 * std::min(by_rate, by_acceleration) / (by_rate + by_acceleration);
-      squares[static_cast<Eigen::Index>(c)] += most * free * free * apart * apart;
+      squares[static_cast<Eigen::Index>(c)] += most * free * apart * apart;
     }
   }
   return squares.cwiseSqrt();
