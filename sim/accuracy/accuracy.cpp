@@ -172,7 +172,7 @@ AsGiven run_as_given(Task& t) {
 AsGiven given_by(const StraightRun& left, const SimulateOptions& options) {
   AsGiven out;
   Finished f;
-  f.scene = left.run.scene;
+  f.scene = left.as_run;
   f.scene.simulation.accuracy.reset();
   f.scene.simulation.tolerance = left.tolerance;
   f.results = left.run.results;
@@ -180,7 +180,7 @@ AsGiven given_by(const StraightRun& left, const SimulateOptions& options) {
   f.method = options.method;
   f.setting.tolerance = left.tolerance;
   f.loose_tolerance = 10.0 * left.tolerance;
-  f.described.push_back(fmt::format("the scene as written, tolerance {:.0e}", left.tolerance));
+  f.described = left.described;
   out.run = std::move(f);
   out.loose = left.looser;
   out.time = left.time;
@@ -201,7 +201,9 @@ std::optional<Scene> with_fit_models(const Task& t, const AsGiven& given) {
   check.run.run = &whole;
   check.run.run_tolerance = given.run->setting.tolerance;
   check.run.run_error = given.time;
-  return with_richer_models(given.run->scene, t.search.states, given.run->limits, *given.loose, check);
+  Scene scene = t.search.scene();  // with all of its coordinates
+  scene.simulation.tolerance = given.run->setting.tolerance;
+  return with_richer_models(scene, t.search.states, given.run->limits, *given.loose, check);
 }
 
 // The scene as it stands, judged: by a looser run in time, by one of half the elements, modes or volumes in space. Half of them err by four

@@ -11,7 +11,9 @@
 // Before all that the scene is run as written at a tenth of the accuracy and tighter, and what comes is taken where it keeps the accuracy
 // without a warning (accuracy_straight.cpp): judged in time by a looser run and by the energy that its vibrations lose to the method, in
 // space by half the elements, in effects along its own motion. Undamped vibrations that have to be followed are followed by the exponential
-// method with as many modes as their convergence asks for. Where that does not do, the search begins.
+// method with as many modes as their convergence asks for. Where the scene as written has so many coordinates that its runs are dear, all
+// of that is done with a few modes of every beam and the shapes of forces at rest, judged by half as many modes more. What half the
+// elements leave open, twice as many tell. Where that does not do, the search begins.
 //
 // First the search runs the scene as it stands. Its price bounds the search (accuracy.cpp, search_allowance), and it tells beams that bend
 // too far for one frame, or deform in forms of other ends (model_check.h): these become volumes or finite elements, if no output is lost by

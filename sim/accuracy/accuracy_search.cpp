@@ -7,6 +7,7 @@
 #include "sim/scene/force_kinds.h"
 #include "sim/start/make_system.h"
 #include "sim/time/events.h"
+#include "sim/time/newton_matrix.h"
 
 #include <fmt/format.h>
 
@@ -45,6 +46,7 @@ std::vector<Resolvable> resolvable_bodies(const Scene& scene, const Model& model
     std::array<std::vector<double>, 4> directions;
     for (const Part& p : model.parts) {
       if (p.scene_body != static_cast<int>(b) || beam->model != BeamModel::finite_element || p.body.stiffness.size() == 0) continue;
+      r.coordinates += p.body.n;
       std::array<std::vector<double>, 4>& by_direction = directions;
       by_direction = {};
       for (int k = 0; k < p.body.n; ++k)
@@ -107,6 +109,7 @@ Search::Search(const Scene& scene, const SimulateOptions& options) : scene_(scen
   states = effect_states(scene_, system.model);
   method = options.method;
   touches = has_events(system);
+  cheap_ = system.plane || matrix_is_cheap(system);
   bodies_ = resolvable_bodies(scene_, system.model);
   reads_forces = std::any_of(scene_.outputs.begin(), scene_.outputs.end(), [](const OutputDef& o) { return is_force(o.quantity); });
   for (const Part& p : system.model.parts) elastic = elastic || p.body.n > 0;
@@ -266,9 +269,37 @@ std::optional<Scene> Search::halved() const {
   return std::nullopt;
 }
 
+std::optional<Scene> Search::doubled() const {
+  Scene out = scene_;
+  for (const Resolvable& r : bodies_) {
+    BeamDef& beam = std::get<BeamDef>(out.bodies[r.body].kind);
+    if (r.model == BeamModel::modal) return std::nullopt;
+    (r.model == BeamModel::mixed ? beam.volumes : beam.elements) *= 2;
+  }
+  return out;
+}
+
 int Search::fewest() const {
   int out = 0;
   for (const Resolvable& r : bodies_) out = out == 0 ? r.given : std::min(out, r.given);
+  return out;
+}
+
+// Where every coordinate takes differences in each of Newton's matrices, evaluations and matrices cost n^3 and more: space arm of two beams
+// of ten elements, 90 rates 0.4 CPU s, ten of them 0.015. Elsewhere a run of so many costs some hundredths of a second.
+bool Search::dear_as_given() const {
+  int coordinates = 0;
+  for (const Resolvable& r : bodies_) {
+    if (r.model != BeamModel::finite_element) return false;
+    coordinates += r.coordinates;
+  }
+  return coordinates > (cheap_ ? 100 : 40);
+}
+
+Scene Search::with_modes(int modes, int more) const {
+  Scene out = scene_;
+  for (const Resolvable& r : bodies_)
+    if (r.model == BeamModel::finite_element) keep(r, modes, more, std::get<BeamDef>(out.bodies[r.body].kind));
   return out;
 }
 
@@ -361,6 +392,27 @@ bool Search::spread_stiff() {
   return more;
 }
 
+namespace {
+
+// A beam of finite elements as chosen, in words.
+std::string modes_in_words(const BodyDef& body, const BeamDef& beam) {
+  if (beam.keep_modes == 0) return fmt::format("'{}' rigid", body.name);
+  return fmt::format("'{}' {} modes{}{}{} of {} elements", body.name, *beam.keep_modes,
+                     beam.keep_axial ? fmt::format(", keep_axial = {}", *beam.keep_axial) : "",
+                     beam.keep_torsion ? fmt::format(", keep_torsion = {}", *beam.keep_torsion) : "",
+                     beam.keep_static ? "" : " (keep_static = false)", beam.elements);
+}
+
+}  // namespace
+
+std::vector<std::string> Search::describe(const Scene& chosen, double tolerance) const {
+  std::vector<std::string> out{fmt::format("tolerance {:.1e}", tolerance)};
+  for (const Resolvable& r : bodies_)
+    if (r.model == BeamModel::finite_element)
+      out.push_back(modes_in_words(chosen.bodies[r.body], std::get<BeamDef>(chosen.bodies[r.body].kind)));
+  return out;
+}
+
 std::vector<std::string> Search::describe(const Setting& setting) const {
   std::vector<std::string> out{fmt::format("tolerance {:.1e}", setting.tolerance)};
   const Scene chosen = at(setting);
@@ -369,12 +421,7 @@ std::vector<std::string> Search::describe(const Setting& setting) const {
     const BeamDef& beam = std::get<BeamDef>(b.kind);
     switch (r.model) {
       case BeamModel::finite_element:
-        if (beam.keep_modes == 0) out.push_back(fmt::format("'{}' rigid", b.name));
-        else
-          out.push_back(fmt::format("'{}' {} modes{}{}{} of {} elements", b.name, *beam.keep_modes,
-                                    beam.keep_axial ? fmt::format(", keep_axial = {}", *beam.keep_axial) : "",
-                                    beam.keep_torsion ? fmt::format(", keep_torsion = {}", *beam.keep_torsion) : "",
-                                    beam.keep_static ? "" : " (keep_static = false)", beam.elements));
+        out.push_back(modes_in_words(b, beam));
         break;
       case BeamModel::modal:
         out.push_back(fmt::format("'{}' {} modes a direction", b.name, modes_at(setting.level)));

@@ -20,6 +20,7 @@ struct Resolvable {
   BeamModel model = BeamModel::finite_element;
   int given = 0;                           // elements, volumes, highest mode of the scene
   std::vector<double> frequencies;         // rad/s, finite elements: of the softest direction, ascending
+  int coordinates = 0;                     // as the scene has it
   bool stretches = false, twists = false;  // besides
 };
 
@@ -64,6 +65,14 @@ class Search {
   // The scene with half the elements, volumes or modes of every body whose resolution may be chosen; none where it has no such body, or
   // nothing to halve.
   std::optional<Scene> halved() const;
+  // The same with twice the elements or volumes; none where a body has modes that the scene names.
+  std::optional<Scene> doubled() const;
+  // Whether a run of the scene as it stands costs far more than one with a few modes of every beam: finite elements have so many
+  // coordinates, and nothing else is to be chosen.
+  bool dear_as_given() const;
+  // The scene with so many modes of bending of every beam of finite elements, however stiff, and the static deflections of the rest; of
+  // stretching and torsion as few as at first, and `more`.
+  Scene with_modes(int modes, int more) const;
   // The lowest level with so many modes.
   static int level_for_modes(double modes);
   // The fewest elements, volumes or modes of a body whose resolution may be chosen; 0 where there is no such body.
@@ -86,6 +95,8 @@ class Search {
   // Whether the program decides this effect.
   bool decides(const EffectState& s) const;
   std::vector<std::string> describe(const Setting& setting) const;
+  // The same of a scene that with_modes made.
+  std::vector<std::string> describe(const Scene& chosen, double tolerance) const;
 
   std::vector<EffectState> states;
   bool elastic = false;  // a body deforms, whether its resolution may be chosen or not
@@ -113,6 +124,7 @@ class Search {
   const SimulateOptions* options_;
   std::vector<Resolvable> bodies_;
   double softest_ = 0.0;
+  bool cheap_ = false;           // moves in a plane, or Newton's matrix takes no differences beside each coordinate (newton_matrix.h)
   std::map<size_t, int> least_;  // modes of bodies, at any level
   std::map<size_t, int> more_;   // of their modes of stretching and of torsion, beyond the fewest
 

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -22,6 +23,8 @@ namespace {
 constexpr double share_of_time = 0.5, share_of_space = 0.5, share_of_effects = 0.5;
 // Estimates of elastic scenes as written were up to 3.4 times too low (pendulums and released beams of tests/trust/kinds_asked.py).
 constexpr double elastic_margin = 5.0;
+// Of what a finer run tells of space.
+constexpr double finer_margin = 2.0;
 // Of what is left out no less than 0.4 of what is true is told (tests/trust/left_out.py).
 constexpr double effects_margin = 2.5;
 // What an event shifts can be worth a multiple of what is told along the motion (run_scene.cpp).
@@ -54,8 +57,16 @@ class Straight {
   enum class Verdict { kept, tighter, rather_follow, follow, lost };
 
   bool run_pilot(const Scene& scene, bool again = true);
+  bool run_few(const SimulateOptions& options, bool again);
+  const Scene& as_run(const Scene& scene) const { return few_ > 0 ? few_scene_ : scene; }
+  int more_than_few() const { return std::max(few_ + least_more, few_ + few_ / 2); }
+  bool refine_few();
+  std::vector<std::string> described() const;
+  StraightRun for_search(bool kept) const;
   bool follows_as_called(const Scene& scene);
   bool judge_space();
+  bool judge_by_doubled();
+  bool space_by(const Scene& other, const std::array<double, 3>& shares);
   bool decided(const LeftOutWorth& w) const;
   bool chosen_by_scene(const LeftOutWorth& w) const;
   bool judge_deformations(bool following);
@@ -73,6 +84,14 @@ class Straight {
   MatX constant_effects(const Histories& like) const;
 
   Task& t_;
+  // Modes of bending that each beam keeps in these runs, with the static deflections of the rest, and the scene with them; 0: the scene as
+  // it is written.
+  int few_ = 0;
+  Scene few_scene_;
+  static constexpr int least_more = 2;
+  int refined_ = 0;                        // times that it was too few
+  bool short_of_margins_ = false;          // what the estimates say has to be several times smaller
+  double space_margin_ = elastic_margin;   // by how much, of space
   double tolerance_ = 0.0, before_ = 0.0;  // before: what a decade changed one decade ago, 0: not known
   JudgedRun run_;
   Histories fine_, looser_;
@@ -99,7 +118,8 @@ bool Straight::run_pilot(const Scene& scene, bool again) {
     if (t_.options->progress) t_.options->progress(time);
   };
   try {
-    run_ = run_judged(scene, o, t_.accuracy, again);
+    if (few_ == 0) run_ = run_judged(scene, o, t_.accuracy, again);
+    else if (!run_few(o, again)) return false;
     if (until_ > 1e299) until_ = start + straight_allowance(cpu_seconds() - start);
   } catch (const TooDear&) {
     return false;
@@ -109,6 +129,18 @@ bool Straight::run_pilot(const Scene& scene, bool again) {
   fine_ = to_histories(run_.results);
   fine_.scales = run_.scales;
   return true;
+}
+
+// With few modes, and the effects that the motion calls for; false where it calls for ever more. Without `again`: as run_pilot.
+bool Straight::run_few(const SimulateOptions& options, bool again) {
+  constexpr int most_calls = 4;
+  for (int call = 0; call < most_calls; ++call) {
+    few_scene_ = t_.search.with_modes(few_, 0);
+    run_ = run_judged(few_scene_, options, t_.accuracy, false);
+    run_.called = t_.search.adopt(run_.effects);
+    if (!run_.called || !again) return true;
+  }
+  return false;
 }
 
 std::optional<Histories> Straight::loose_run(const Scene& scene, double tolerance, const System* start) {
@@ -174,7 +206,8 @@ Straight::Verdict Straight::judge_time(const Scene& scene) {
   step_ = std::clamp(std::pow(needed, -1.0 / cautious_order), 1e-2, 0.1);
   const bool vibrates = t_.search.rings && t_.search.elastic && !follows_vibrations(t_.options->method);
   if (vibrates && needed > 30.0) return Verdict::follow;
-  if (vibrates && lost > mostly_lost && !t_.search.touches) return Verdict::rather_follow;
+  // With few modes that costs less than one more decade.
+  if (vibrates && (few_ > 0 || lost > mostly_lost) && !t_.search.touches) return Verdict::rather_follow;
   return needed > 1000.0 ? Verdict::lost : Verdict::tighter;
 }
 
@@ -195,31 +228,56 @@ VecX Straight::sizes_of(const Histories& h) const {
   return out;
 }
 
-// Half the elements (volumes, modes) err by four times as much at least, in what is no rate; rates of vibrations converge slowly, and few
-// elements in no order that one could rely on.
-bool Straight::judge_space() {
+// What this run lacks by another one, `other` of it in places, rates and forces each.
+bool Straight::space_by(const Scene& other, const std::array<double, 3>& shares) {
   const Histories thinned = at_times(fine_, looser_.times);
-  space_ = MatX::Zero(time_.rows(), time_.cols());
-  if (!t_.search.has_levels()) return true;
-  const int fewest = t_.search.fewest();
-  const std::optional<Scene> half = t_.search.halved();
-  if (fewest < 2 || !half) return false;
   for (const double at : {10.0 * tolerance_, tolerance_}) {
-    const std::optional<Histories> coarse = loose_run(*half, at);
+    const std::optional<Histories> run = loose_run(other, at);
     const Histories& against = at > tolerance_ ? looser_ : thinned;
-    if (!coarse || coarse->columns != against.columns || coarse->times.size() != against.times.size()) return false;
-    space_ = coarse->values - against.values;
+    if (!run || run->columns != against.columns || run->times.size() != against.times.size()) return false;
+    space_ = run->values - against.values;
     const VecX sizes = sizes_of(against);
-    for (Eigen::Index c = 0; c < space_.rows(); ++c) space_.row(c) *= sizes[c] > 0.0 ? 1.0 / sizes[c] : 0.0;
     for (Eigen::Index c = 0; c < space_.rows(); ++c) {
       const std::string& unit = fine_.units[c];
       const bool place = unit == "m" || unit == "rad" || unit == "J" || unit == "1";
       const bool rate = unit == "m/s" || unit == "rad/s";
-      space_.row(c) *= fewest < 4 ? (place ? 1.0 : 2.0) : place ? 1.0 / 3.0 : rate ? 1.0 : 2.0;
+      space_.row(c) *= sizes[c] > 0.0 ? (place ? shares[0] : rate ? shares[1] : shares[2]) / sizes[c] : 0.0;
     }
     if (largest(space_) <= share_of_space * t_.accuracy) return true;
   }
   return false;
+}
+
+// What a finer run changes, and what lies beyond it: twice the elements, or half as many modes more beside the shapes of forces at rest,
+// bring more than half of what lacks in places, half in rates, a third in forces.
+constexpr std::array<double, 3> by_finer{1.5, 2.0, 3.0};
+
+// Half the elements (volumes, modes) err by four times as much at least, in what is no rate; rates of vibrations converge slowly, and few
+// elements in no order that one could rely on.
+bool Straight::judge_space() {
+  space_ = MatX::Zero(time_.rows(), time_.cols());
+  space_margin_ = elastic_margin;
+  if (!t_.search.has_levels()) return true;
+  if (few_ > 0) {
+    space_margin_ = finer_margin;
+    return space_by(t_.search.with_modes(more_than_few(), least_more), by_finer);
+  }
+  const int fewest = t_.search.fewest();
+  const std::optional<Scene> half = t_.search.halved();
+  if (fewest < 2 || !half) return false;
+  if (fewest < 4) return space_by(*half, {1.0, 2.0, 2.0});
+  return space_by(*half, {1.0 / 3.0, 1.0, 2.0});
+}
+
+// Where half the elements promise it, twice as many tell how far these are off: a run where a search makes fifty.
+bool Straight::judge_by_doubled() {
+  constexpr double promising = 2.0;
+  if (few_ > 0 || space_.size() == 0 || largest(space_) > promising * t_.accuracy || run_.results.statistics.cpu_seconds > dear_run)
+    return false;
+  const std::optional<Scene> twice = t_.search.doubled();
+  if (!twice) return false;
+  space_margin_ = finer_margin;
+  return space_by(*twice, by_finer);
 }
 
 // Worth more than may be left out, and off because the scene lists its effects: a search would not have it either.
@@ -330,22 +388,39 @@ bool only_misfits(const Notes& notes) {
                      [](const Note& n) { return n.severity != Severity::warning || n.text.starts_with(misfit_words); });
 }
 
+std::vector<std::string> Straight::described() const {
+  if (few_ > 0) return t_.search.describe(few_scene_, tolerance_);
+  return {fmt::format("the scene as written, tolerance {:.1e}", tolerance_)};
+}
+
+// What the search begins with.
+StraightRun Straight::for_search(bool kept) const {
+  StraightRun out{run_, as_run(run_.scene), {}, tolerance_, 0.0, described(), kept};
+  if (few_ > 0) out.run.scene = t_.search.scene();
+  if (kept) out.looser = looser_, out.time = largest(time_);
+  return out;
+}
+
 std::optional<Finished> Straight::finish_as_written() {
   Finished f;
-  f.scene = run_.scene;
+  f.scene = as_run(run_.scene);
   f.scene.simulation.tolerance = tolerance_;
   f.limits = run_.limits;
   f.method = t_.options->method;
   f.setting.tolerance = tolerance_;
   f.loose_tolerance = 10.0 * tolerance_;
-  f.described = {fmt::format("the scene as written, tolerance {:.1e}", tolerance_)};
+  f.described = described();
   f.looser = looser_;
   f.coarse = looser_;
   const Histories thinned = at_times(fine_, looser_.times);
-  const double estimated = f.add_up(thinned, time_, space_, MatX::Zero(thinned.values.rows(), thinned.values.cols()));
-  f.add_up(thinned, time_, space_, constant_effects(thinned));
-  const bool elastic = t_.search.has_levels();
-  if (std::max((elastic ? elastic_margin : 1.0) * estimated, (elastic ? effects_margin : 1.0) * f.error) > t_.accuracy) return std::nullopt;
+  const MatX none = MatX::Zero(thinned.values.rows(), thinned.values.cols()), left_out = constant_effects(thinned);
+  const auto exceeds = [&](double margin, const MatX& effects) {
+    if (!t_.search.has_levels()) margin = 1.0;
+    return f.add_up(thinned, margin * time_, std::min(margin, space_margin_) * space_, margin * effects) > t_.accuracy;
+  };
+  short_of_margins_ = exceeds(elastic_margin, none) || exceeds(effects_margin, left_out);
+  f.add_up(thinned, time_, space_, left_out);
+  if (short_of_margins_) return std::nullopt;
   t_.decade = std::max(1.05, run_.results.statistics.cpu_seconds / std::max(looser_.statistics.cpu_seconds, 1e-9));
   f.results = run_.results;
   report_left_out(f.scene, run_.left_out, t_.accuracy, f.results.statistics);
@@ -384,7 +459,9 @@ std::optional<Finished> Straight::followed(double within) const {
     return (s.effect == "axial" || s.effect == "torsion") && (s.on || (s.possible && t_.search.decides(s)));
   });
   const double clear = stiff ? std::min(tolerance, std::max(nearly_free, 3e-5 * t_.accuracy)) : tolerance;
-  task.setting = {Search::level_for_modes(std::min(modes, most_at_first)), std::clamp(clear, 1e-10, 1e-4)};
+  // Where each mode costs that much, rounds from few of them on cost less than one with too many.
+  constexpr double few_at_first = 2.0;
+  task.setting = {Search::level_for_modes(few_ > 0 ? few_at_first : std::min(modes, most_at_first)), std::clamp(clear, 1e-10, 1e-4)};
   task.coarse = task.loose = looser_;
   task.rigid = MatX::Zero(looser_.values.rows(), looser_.values.cols());
   task.left_out = constant_effects(looser_);
@@ -462,9 +539,9 @@ void Straight::report_chosen(Finished& f) const {
 // Whether the first run tells enough although its motion calls for more effects: its vibrations have to be followed, which is another run,
 // with them; nothing else has to be measured beside it.
 bool Straight::follows_as_called(const Scene& scene) {
-  t_.search = Search(run_.scene, *t_.options);
+  if (few_ == 0) t_.search = Search(run_.scene, *t_.options);
   t_.search.until = until_;
-  const Verdict verdict = judge_time(scene);
+  const Verdict verdict = judge_time(as_run(scene));
   has_looser_ = false, before_ = 0.0;
   if (verdict != Verdict::follow || !run_.second_order.empty()) return false;
   std::erase_if(run_.left_out, [&](const LeftOutWorth& w) {
@@ -476,14 +553,26 @@ bool Straight::follows_as_called(const Scene& scene) {
                       [&](const LeftOutWorth& w) { return w.possible && w.inside > 0.5 * t_.accuracy; });
 }
 
+// More modes where these are what keeps a run from the accuracy, or what its margins ask for; false where there are enough of them.
+bool Straight::refine_few() {
+  constexpr int most_refinements = 2;
+  if (few_ == 0 || largest(space_) <= largest(time_) || ++refined_ > most_refinements) return false;
+  few_ = more_than_few();
+  has_looser_ = false, before_ = 0.0;
+  return true;
+}
+
 std::optional<Finished> Straight::go(const Scene& as_given) {
   tolerance_ = std::clamp(0.1 * t_.accuracy, 1e-9, 1e-3);
+  // Where forces at rest make most of what is seen, few modes bring the rest.
+  constexpr int fewest_modes = 3;
+  if (t_.search.dear_as_given()) few_ = std::max(fewest_modes, static_cast<int>(std::ceil(0.5 * std::pow(t_.accuracy, -1.0 / 3.0))));
   Scene scene = as_given;
   constexpr int most_tries = 4;
-  bool tried = false;
+  bool tried = false, again = false;
   for (int k = 0; k < most_tries; ++k) {
     const double last = tolerance_;
-    bool ran = run_pilot(scene, k > 0);
+    bool ran = run_pilot(scene, std::exchange(again, true));
     if (ran && run_.called) {
       if (follows_as_called(scene)) return judge_effects(true) ? follow_vibrations(unlimited) : std::nullopt;
       ran = run_pilot(run_.scene);
@@ -495,15 +584,29 @@ std::optional<Finished> Straight::go(const Scene& as_given) {
       has_looser_ = false, before_ = 0.0;
       continue;
     }
-    t_.search = Search(run_.scene, *t_.options);
+    if (few_ == 0) {
+      t_.search = Search(run_.scene, *t_.options);
+      scene = run_.scene;
+    }
     t_.search.until = until_;
-    scene = run_.scene;
-    if (run_.results.statistics.cpu_seconds > dear_run) left = StraightRun{run_, {}, tolerance_, 0.0, false};
-    const Verdict verdict = judge_time(scene);
+    if (few_ > 0 || run_.results.statistics.cpu_seconds > dear_run) left = for_search(false);
+    const Verdict verdict = judge_time(as_run(scene));
     allowed_ = 0.5 + 20.0 * run_.results.statistics.cpu_seconds;
     if (verdict == Verdict::kept) {
-      left = StraightRun{run_, looser_, tolerance_, largest(time_), true};
-      return judge_effects() && judge_space() ? finish_as_written() : std::nullopt;
+      left = for_search(true);
+      if (!judge_effects()) return std::nullopt;
+      bool resolved = judge_space();
+      if (resolved)
+        if (std::optional<Finished> f = finish_as_written(); f || !short_of_margins_) return f;
+      if (judge_by_doubled()) {
+        resolved = true;
+        if (std::optional<Finished> f = finish_as_written(); f || !short_of_margins_) return f;
+      }
+      if (refine_few()) {
+        --k;  // the tolerance is the same
+        continue;
+      }
+      if (!resolved) return std::nullopt;
     }
     if (verdict == Verdict::follow) {
       if (!judge_effects(true)) return std::nullopt;
@@ -517,7 +620,8 @@ std::optional<Finished> Straight::go(const Scene& as_given) {
       const JudgedRun stepped = run_;
       const Search search = t_.search;
       if (judge_effects(true))
-        if (std::optional<Finished> f = follow_vibrations(std::max(0.3, run_.results.statistics.cpu_seconds)); f && f->error <= t_.accuracy)
+        if (std::optional<Finished> f = follow_vibrations(few_ > 0 ? shortest : std::max(0.3, run_.results.statistics.cpu_seconds));
+            f && f->error <= t_.accuracy)
           return f;
       run_ = stepped;
       t_.search = search;

@@ -121,10 +121,12 @@ inline double search_allowance(double run) { return std::max(10.0, std::min(15.0
 // of the scene with the effects that its motion needs afterwards.
 // left: where its runs keep the accuracy in time and something else does not, the last of them, for the search that begins.
 struct StraightRun {
-  JudgedRun run;
+  JudgedRun run;     // its scene: without the modes that were kept of it
+  Scene as_run;      // with these
   Histories looser;  // at ten times its tolerance
   double tolerance = 0.0, time = 0.0;
-  bool kept = true;  // false: one that took so long that the effects it called for are not asked for again
+  std::vector<std::string> described;  // the setting in words
+  bool kept = true;                    // false: one that took so long that the effects it called for are not asked for again
 };
 std::optional<Finished> go_straight(Task& t, const Scene& as_given, std::optional<StraightRun>& left);
 

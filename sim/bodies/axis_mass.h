@@ -7,7 +7,8 @@
 
 namespace flexframe::sim {
 
-inline bool has_axis_mass(const FlexibleBody& body) { return body.axis.root_mass.size() > 0; }
+// A body that keeps no coordinate moves as a rigid one, whose mass never changes (reserve).
+inline bool has_axis_mass(const FlexibleBody& body) { return body.n > 0 && body.axis.root_mass.size() > 0; }
 
 // The parts of body_terms.h's functions of the same names for a body that has one.
 void reserve_axis_mass(const FlexibleBody& body, BodyTerms& out);
