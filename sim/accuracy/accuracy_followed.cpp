@@ -94,6 +94,7 @@ void Followed::call_effects() {
   try {
     const bool called = search.adopt(run_judged(search.with_half(setting), o, t.accuracy, false).effects);
     if (search.spread_stiff() || called) list = search.refinements(setting);
+    t.drop_shares_of_what_is_on();
   } catch (const TooDear&) {
   } catch (const SimulationError&) {
     // The run itself says what there is to say.
@@ -126,7 +127,7 @@ std::optional<Histories> Followed::run_whole() {
   try {
     for (int call = 0; call < most_calls && !run; ++call) {
       out.judged = run_judged(search.at(setting), o, t.accuracy, false);
-      if (search.adopt(out.judged->effects)) search.spread_stiff(), list = search.refinements(setting);
+      if (search.adopt(out.judged->effects)) search.spread_stiff(), list = search.refinements(setting), t.drop_shares_of_what_is_on();
       else run = to_histories(out.judged->results), run->scales = out.judged->scales;
     }
   } catch (const TooDear&) {

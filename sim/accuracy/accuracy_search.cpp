@@ -138,6 +138,8 @@ Scene Search::at(const Setting& setting) const {
       this->keep(r, keep, more == more_.end() ? 0 : more->second, beam);
       // Stiff shapes shorten explicit steps and lengthen series.
       beam.keep_static = !follows_vibrations(method) || reads_forces || with_static.contains(r.body) || lacks_shear(r.body, keep);
+      // In space every hold moves in six ways: two welded beams took six times as long for the same error.
+      beam.keep_inertia = !beam.keep_static && !bends_in_space(r.body);
     } else if (r.model == BeamModel::modal) {
       for (auto& [direction, numbers] : beam.modes) numbers = mode_numbers(direction, modes);
     } else {
@@ -163,6 +165,14 @@ bool Search::lacks_shear(size_t body, int modes) const {
   const bool shears = std::any_of(states.begin(), states.end(),
                                   [&](const EffectState& s) { return s.body == static_cast<int>(body) && s.effect == "shear" && s.on; });
   return modes > 0 && shears && 0.25 * shear_share(std::get<BeamDef>(scene_.bodies[body].kind), true, true) > 0.1 * accuracy * modes;
+}
+
+bool Search::bends_in_space(size_t body) const {
+  const auto bends = [&](const char* effect) {
+    return std::any_of(states.begin(), states.end(),
+                       [&](const EffectState& s) { return s.body == static_cast<int>(body) && s.effect == effect && s.on; });
+  };
+  return bends("bending_xy") && bends("bending_xz");
 }
 
 // So many modes of a beam's bending, of stretching and torsion a few and `more`.
@@ -400,7 +410,10 @@ std::string modes_in_words(const BodyDef& body, const BeamDef& beam) {
   return fmt::format("'{}' {} modes{}{}{} of {} elements", body.name, *beam.keep_modes,
                      beam.keep_axial ? fmt::format(", keep_axial = {}", *beam.keep_axial) : "",
                      beam.keep_torsion ? fmt::format(", keep_torsion = {}", *beam.keep_torsion) : "",
-                     beam.keep_static ? "" : " (keep_static = false)", beam.elements);
+                     beam.keep_static    ? ""
+                     : beam.keep_inertia ? " (keep_static = false, keep_inertia = true)"
+                                         : " (keep_static = false)",
+                     beam.elements);
 }
 
 }  // namespace

@@ -130,6 +130,7 @@ class Search {
 
   void keep(const Resolvable& body, int modes, int more, BeamDef& beam) const;
   bool lacks_shear(size_t body, int modes) const;
+  bool bends_in_space(size_t body) const;
 };
 
 // Whether a run's method resolves the fastest vibration that it keeps.

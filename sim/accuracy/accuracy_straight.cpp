@@ -71,6 +71,7 @@ class Straight {
   bool chosen_by_scene(const LeftOutWorth& w) const;
   bool judge_deformations(bool following);
   bool judge_effects(bool following = false);
+  void leave(const std::string& effect, const std::vector<std::string>& owners, double worth);
   void report_chosen(Finished& f) const;
   std::optional<Finished> finish_as_written();
   std::optional<Finished> follow_vibrations(double within);
@@ -97,11 +98,12 @@ class Straight {
   Histories fine_, looser_;
   bool has_looser_ = false;
   MatX time_, space_;
-  double allowed_ = longest;  // CPU s of the next run
-  double until_ = 1e300;      // cpu_seconds() at which this ends
-  double step_ = 0.1;         // by which the tolerance has to fall
-  double effects_ = 0.0;      // what is left out is worth
-  BendingWorth bending_;      // in beams' own frames
+  double allowed_ = longest;         // CPU s of the next run
+  double until_ = 1e300;             // cpu_seconds() at which this ends
+  double step_ = 0.1;                // by which the tolerance has to fall
+  double effects_ = 0.0;             // what is left out is worth
+  std::vector<Task::Share> shares_;  // of them
+  BendingWorth bending_;             // in beams' own frames
 };
 
 // The run at the tolerance, with the effects that its motion needs; false where it fails or takes too long. Without `again` the scene has
@@ -286,11 +288,12 @@ bool Straight::chosen_by_scene(const LeftOutWorth& w) const { return w.share > 0
 // Deformations that are off, by what the motion says of them. following: what the scene's own list leaves out is told at the end.
 bool Straight::judge_deformations(bool following) {
   effects_ = 0.0;
+  shares_.clear();
   for (const LeftOutWorth& w : run_.left_out) {
     if (t_.search.touches && w.possible && w.share > may_shift_events) return false;
     if (following && chosen_by_scene(w)) continue;
     if (w.share > 0.5 * t_.accuracy) return false;
-    if (decided(w)) effects_ += w.share;
+    if (decided(w)) leave(w.effect, w.owners, w.share);
   }
   return true;
 }
@@ -305,6 +308,11 @@ bool Straight::decided(const LeftOutWorth& w) const {
   });
 }
 
+void Straight::leave(const std::string& effect, const std::vector<std::string>& owners, double worth) {
+  effects_ += worth;
+  shares_.push_back({effect, owners, worth});
+}
+
 // What the motion says of the effects that are off; those that a pair of runs tells better by one where they may decide.
 bool Straight::judge_effects(bool following) {
   if (!judge_deformations(following)) return false;
@@ -316,8 +324,8 @@ bool Straight::judge_effects(bool following) {
   std::vector<std::string> measured;
   for (const LeftOutWorth& w : run_.second_order) {
     // No less is told than half of what is true.
-    if (2.0 * w.share <= 0.2 * t_.accuracy) effects_ += decided(w) ? 2.0 * w.share : 0.0;
-    else measured.push_back(w.effect);
+    if (2.0 * w.share > 0.2 * t_.accuracy) measured.push_back(w.effect);
+    else if (decided(w)) leave(w.effect, w.owners, 2.0 * w.share);
   }
   // Forces that are read shift with what gives way inside.
   for (const LeftOutWorth& w : run_.left_out)
@@ -327,7 +335,7 @@ bool Straight::judge_effects(bool following) {
   const NeglectCheck found = check_neglected(run_.scene, run_.effects, looser_, check);
   if (!found.untried.empty()) return false;
   for (const Neglected& n : found.found)
-    if (std::find(measured.begin(), measured.end(), n.effect) != measured.end()) effects_ += n.share;
+    if (std::find(measured.begin(), measured.end(), n.effect) != measured.end()) leave(n.effect, n.owners, n.share);
   return effects_ <= share_of_effects * t_.accuracy;
 }
 
@@ -465,6 +473,7 @@ std::optional<Finished> Straight::followed(double within) const {
   task.coarse = task.loose = looser_;
   task.rigid = MatX::Zero(looser_.values.rows(), looser_.values.cols());
   task.left_out = constant_effects(looser_);
+  task.shares = shares_;
   task.search.until = std::min(until_, cpu_seconds() + within);
   std::optional<Finished> f;
   try {

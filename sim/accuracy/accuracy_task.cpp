@@ -37,6 +37,19 @@ void Task::leave_out(const std::vector<EffectState>& what, const MatX& change) {
   left_out += change;
 }
 
+void Task::drop_shares_of_what_is_on() {
+  const auto is_on = [&](const Share& share) {
+    return std::all_of(share.owners.begin(), share.owners.end(), [&](const std::string& owner) {
+      return std::any_of(search.states.begin(), search.states.end(),
+                         [&](const EffectState& s) { return s.on && s.owner == owner && s.effect == share.effect; });
+    });
+  };
+  if (std::erase_if(shares, is_on) == 0) return;
+  double sum = 0.0;
+  for (const Share& share : shares) sum += share.worth;
+  left_out.setConstant(sum);
+}
+
 void Task::keep(const Finished& finished) {
   if (!nearest || finished.error < 0.0 || (*nearest && (*nearest)->error <= finished.error)) return;
   *nearest = finished;

@@ -40,6 +40,13 @@ struct Task {
   // What is left out and what it would change, relative, columns x samples: stiff bodies' flexibility, effects of bodies.
   MatX rigid, left_out;
   std::vector<EffectState> without;
+  // Of effects that are off, where left_out is one number for all outputs: their sum.
+  struct Share {
+    std::string effect;
+    std::vector<std::string> owners;
+    double worth = 0.0;
+  };
+  std::vector<Share> shares;
   std::vector<std::string> chosen;
   std::shared_ptr<std::optional<Finished>> nearest;  // the run that came nearest to the accuracy so far, of all ways
   bool straight = false;                             // no runs are spent on whether a looser one would have done
@@ -51,6 +58,8 @@ struct Task {
   // The tighter of them at another setting, if it succeeds there.
   bool coarse_again();
   void leave_out(const std::vector<EffectState>& what, const MatX& change);
+  // Effects that came on since their shares were told are left out no longer.
+  void drop_shares_of_what_is_on();
   // Keeps a run that is nearer to the accuracy than those before, for the case that the search's time ends.
   void keep(const Finished& finished);
   // Found again at another setting, in a run that is given up after so many CPU seconds.

@@ -38,6 +38,7 @@ TomlValue beam_table(const BeamDef& beam) {
   if (beam.keep_axial) toml_put(out, "keep_axial", toml_count(*beam.keep_axial));
   if (beam.keep_torsion) toml_put(out, "keep_torsion", toml_count(*beam.keep_torsion));
   toml_put(out, "keep_static", toml_truth(beam.keep_static));
+  toml_put(out, "keep_inertia", toml_truth(beam.keep_inertia));
   for (const auto& [direction, numbers] : beam.modes) {
     std::vector<TomlValue> items;
     for (const int n : numbers) items.push_back(toml_count(n));
@@ -62,6 +63,7 @@ void read_beam(const TableReader& t, BeamDef& beam) {
   if (t.has("keep_axial")) beam.keep_axial = t.integer("keep_axial", 0, 1000000);
   if (t.has("keep_torsion")) beam.keep_torsion = t.integer("keep_torsion", 0, 1000000);
   beam.keep_static = t.boolean("keep_static", true);
+  beam.keep_inertia = t.boolean("keep_inertia", false);
   beam.modes.clear();
   if (const auto modes = t.table("modes"))
     for (const std::string& direction : modes->value().keys) beam.modes[direction] = modes->integers(direction, 1, 1000000);
@@ -156,6 +158,7 @@ void take_choices(const Scene& chosen, Scene& scene) {
     beam->keep_axial = from_beam->keep_axial;
     beam->keep_torsion = from_beam->keep_torsion;
     beam->keep_static = from_beam->keep_static;
+    beam->keep_inertia = from_beam->keep_inertia;
     beam->modes = from_beam->modes;
     beam->effects = from_beam->effects;
     beam->chosen = from_beam->chosen;

@@ -103,7 +103,7 @@ struct Beam {
         elements(layout, p, e),
         stations(beam::named_stations(def)),
         named(stations.size()),
-        inertia(!def.keep_static) {
+        inertia(def.keep_inertia) {
     for (int i = 0; i <= def.elements; ++i) stations.push_back({fmt::format("node[{}]", i), i * (def.length / def.elements)});
   }
 };

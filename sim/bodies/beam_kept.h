@@ -25,8 +25,8 @@ struct KeptBeam {
 // hold it (fixed interfaces: Craig, Bampton, AIAA J. 6, 1968), the deformations by motions of the joints against each other, and, for the
 // modes left out, the static deflections under unit loads, weight among them (MacNeal, Computers & Structures 1, 1971). A hinge holds no
 // rotation: two hinged ends move against each other as the rigid body does and add nothing. count: axial, bending_xy, bending_xz, torsion;
-// 0: no shape at all of that direction. Without def.keep_static: the deflections under the inertia of motions of the joints instead of
-// those under loads, which the caller leaves out (Holds::inertia, held_shapes.h). Where the section's principal axes are turned, bending is
+// 0: no shape at all of that direction. With def.keep_inertia: the deflections under the inertia of motions of the joints too
+// (Holds::inertia, held_shapes.h). Where the section's principal axes are turned, bending is
 // kept in the two principal directions, of which bending_xy is the one nearer to y; where shear couples these besides, so many of both
 // together as of each. def.boundary: one that places the frame only (not clamped_clamped, clamped_supported). BeamDef::damping is that of
 // the boundary's modes as the kept coordinates make them. Frames, nodes, errors as of make_fe_beam; the axis's particles lie at four points

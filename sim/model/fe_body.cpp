@@ -127,12 +127,12 @@ bool same(const ProgramChoice& a, const ProgramChoice& b) {
 }
 bool same(const BeamDef& a, const BeamDef& b) {
   const auto& [length, section, stations, axis, material, model, boundary, elements, volumes, keep_modes, keep_axial, keep_torsion,
-               keep_static, modes, curvature_coupling, effects, damping, frames, initial, all_elements, chosen] = b;
+               keep_static, keep_inertia, modes, curvature_coupling, effects, damping, frames, initial, all_elements, chosen] = b;
   return a.length == length && same(a.section, section) && same(a.stations, stations) && a.axis == axis && same(a.material, material) &&
          a.model == model && a.boundary == boundary && a.elements == elements && a.volumes == volumes && a.keep_modes == keep_modes &&
-         a.keep_axial == keep_axial && a.keep_torsion == keep_torsion && a.keep_static == keep_static && a.modes == modes &&
-         a.curvature_coupling == curvature_coupling && same(a.effects, effects) && same(a.damping, damping) && a.frames == frames &&
-         same(a.initial, initial) && a.all_elements == all_elements && same(a.chosen, chosen);
+         a.keep_axial == keep_axial && a.keep_torsion == keep_torsion && a.keep_static == keep_static && a.keep_inertia == keep_inertia &&
+         a.modes == modes && a.curvature_coupling == curvature_coupling && same(a.effects, effects) && same(a.damping, damping) &&
+         a.frames == frames && same(a.initial, initial) && a.all_elements == all_elements && same(a.chosen, chosen);
 }
 
 // Runs of one scene with other numbers often leave its beams as they are: those made last are kept, a thread's own.

@@ -218,12 +218,21 @@ Results simulate_alone(const Scene& scene, const SimulateOptions& options, bool 
 
 // Where blows, reversals of friction and the like lie shifts with what is left out, and what follows with them: a deformation that is worth
 // more than this along the motion as it is may be worth a multiple. Blows between two looks strain the beams unseen (a rod dropped on a
-// stop seven times as stiff, 1.9 % off: no influence of its stretching told).
+// stop seven times as stiff, 1.9 % off: no influence of its stretching told). Of eigenforms, whose strains may say nothing of the beam
+// (forget_misfits), it is measured however large it seems.
 constexpr double may_shift_events = 5e-4;
 
-void measure_what_shifts(const SolverStatistics& run, double asked, Alone& alone) {
+bool of_eigenforms(const Scene& scene, const LeftOutWorth& w) {
+  return std::all_of(scene.bodies.begin(), scene.bodies.end(), [&](const BodyDef& body) {
+    const auto* beam = std::get_if<BeamDef>(&body.kind);
+    return std::find(w.owners.begin(), w.owners.end(), body.name) == w.owners.end() || (beam && beam->model == BeamModel::modal);
+  });
+}
+
+void measure_what_shifts(const Scene& scene, const SolverStatistics& run, double asked, Alone& alone) {
   const auto shifts = [&](const LeftOutWorth& w) {
-    return (run.events > 0 && w.possible && (alone.blows_unseen || w.share > may_shift_events) && w.share < asked) ||
+    return (run.events > 0 && w.possible && (alone.blows_unseen || w.share > may_shift_events) &&
+            (w.share < asked || of_eigenforms(scene, w))) ||
            shifts_forces(w, asked);
   };
   std::copy_if(alone.left_out.begin(), alone.left_out.end(), std::back_inserter(alone.to_measure), shifts);
@@ -272,7 +281,7 @@ Results simulate_once(const Scene& scene, const SimulateOptions& options, std::v
     called->more = true;
     return results;
   }
-  if (options.estimate_error) measure_what_shifts(results.statistics, unasked_accuracy, alone);
+  if (options.estimate_error) measure_what_shifts(scene, results.statistics, unasked_accuracy, alone);
   bool measured = false;
   if (options.estimate_error && !results.outputs.empty()) measured = estimate(scene, options, alone, !into, results);
   forget_misfits(results.statistics.notes, alone.left_out);

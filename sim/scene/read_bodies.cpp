@@ -377,11 +377,12 @@ BeamDef read_beam(const TableReader& reader, std::map<std::string, Mat3>& axes) 
       reader.fail("keep_modes", "needs a boundary that leaves the ends free");
     beam.keep_modes = reader.integer("keep_modes", 0, 0, most_elements);
   }
-  for (const char* key : {"keep_static", "keep_axial", "keep_torsion"})
+  for (const char* key : {"keep_static", "keep_inertia", "keep_axial", "keep_torsion"})
     if (reader.has(key) && !beam.keep_modes) reader.fail(key, "needs keep_modes");
   if (reader.has("keep_axial")) beam.keep_axial = reader.integer("keep_axial", 0, 0, most_elements);
   if (reader.has("keep_torsion")) beam.keep_torsion = reader.integer("keep_torsion", 0, 0, most_elements);
   beam.keep_static = reader.boolean("keep_static", true);
+  beam.keep_inertia = reader.boolean("keep_inertia", false);
   beam.curvature_coupling = reader.boolean("curvature_coupling", false);
   beam.effects = read_effects(reader);
   beam.damping = read_damping(reader);
@@ -490,8 +491,8 @@ Words allowed_keys(std::size_t kind, bool modal_beam) {
     case 1:
       add({"length", "section", "sections", "axis", "material", "model"});
       add(modal_beam ? std::initializer_list<const char*>{"modes", "elements"} : std::initializer_list<const char*>{"elements", "modes"});
-      add({"volumes", "keep_modes", "keep_axial", "keep_torsion", "keep_static", "curvature_coupling", "boundary", "effects", "without",
-           "damping", "frames", "initial", "shown"});
+      add({"volumes", "keep_modes", "keep_axial", "keep_torsion", "keep_static", "keep_inertia", "curvature_coupling", "boundary",
+           "effects", "without", "damping", "frames", "initial", "shown"});
       break;
     case 2:
       add({"file", "frames", "effects", "without", "damping", "initial", "shown"});

@@ -128,6 +128,7 @@ struct BeamDef {
   std::optional<int> keep_modes;                  // finite elements: only this many lowest eigenmodes of each direction; none: all
   std::optional<int> keep_axial, keep_torsion;    // with keep_modes: of these directions fewer; none: keep_modes
   bool keep_static = true;                        // and the static deflections by loads
+  bool keep_inertia = false;                      // and those by the inertia of motions of the joints
   std::map<std::string, std::vector<int>> modes;  // modal: direction -> ordinal numbers (1-based)
   bool curvature_coupling = false;                // lumped: neighbour coupling (Chudnovsky et al. 2006)
   EffectChoice effects;

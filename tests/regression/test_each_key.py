@@ -36,6 +36,7 @@ keep_modes = 2
 keep_axial = 1
 keep_torsion = 1
 keep_static = true
+keep_inertia = false
 boundary = "clamped-free"
 effects = "auto"
 without = ["torsion"]

@@ -79,7 +79,7 @@ SECTION |= dict.fromkeys(("iy", "iz", "iyz", "j", "rotary_iy", "rotary_iz"), tim
 MATERIAL = {"density": over(M, times(L, 3)), "youngs_modulus": over(FORCE, times(L, 2)), "poisson": NONE}
 BODY = dict.fromkeys(
     ("name", "kind", "color", "drawing", "shown", "model", "elements", "volumes", "modes", "keep_modes", "keep_axial", "keep_torsion")
-    + ("keep_static", "curvature_coupling", "boundary", "effects", "without"),
+    + ("keep_static", "keep_inertia", "curvature_coupling", "boundary", "effects", "without"),
     NONE,
 )
 BODY |= {"mass": M, "inertia": (2, 0, 1), "centre_of_mass": L, "density": over(M, times(L, 3)), "length": L}

@@ -11,7 +11,7 @@ namespace {
 using Long = std::complex<long double>;
 
 // x'' + D x' + K x = 0 of two coordinates: the root of its determinant near `at`, with eighteen digits.
-Long root_near(Long at, const Mat2& D, const Vec2& K) {
+Long root_near(Long at, const Eigen::Matrix2d& D, const Eigen::Vector2d& K) {
   const auto f = [&](Long l) {
     const Long a = l * l + l * Long(D(0, 0)) + Long(K[0]), b = l * l + l * Long(D(1, 1)) + Long(K[1]);
     return a - l * l * Long(D(0, 1)) * Long(D(1, 0)) / b;
