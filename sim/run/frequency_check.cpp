@@ -265,7 +265,7 @@ VecX told_frequencies(const VecX& range, const std::vector<double>& resonances) 
 }  // namespace
 
 void tell_of_left_vibrations(const System& system, const Linearisation& linear, double highest, Severity severity, Notes& notes) {
-  static constexpr std::initializer_list<std::string_view> deformations = {"bending_xy", "bending_xz", "axial", "torsion"};
+  const std::initializer_list<std::string_view> deformations = {"bending_xy", "bending_xz", "axial", "torsion"};
   Scene scene = system.scene;
   std::vector<std::string> bodies;
   std::set<std::string> names;
