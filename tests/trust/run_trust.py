@@ -257,7 +257,11 @@ def judge(program, scene):
         except NoTruth as reason:
             return "open", None, None, str(reason), cpu
     else:
-        code, said, truth, _, _ = program.run(scene.truth, scene.truth_words, program.truth_limit)
+        richer = scene.truth
+        code, said, truth, _, _ = program.run(richer, scene.truth_words, program.truth_limit)
+        if code == 0 and scene.divided and any("bends by up to" in warning for warning in said["simulation"]["warnings"]):
+            richer = scene.divided
+            code, said, truth, _, _ = program.run(richer, scene.truth_words, program.truth_limit)
         if code == -signal.SIGXCPU:
             return "open", None, None, f"the richer model takes more than {program.truth_limit} CPU s", cpu
         if code != 0:
@@ -269,7 +273,7 @@ def judge(program, scene):
     if warnings:
         return "warned", error, claim, warnings[0], cpu
     if scene.confirm_words:
-        code, said, other, _, _ = program.run(scene.truth, scene.confirm_words)
+        code, said, other, _, _ = program.run(richer, scene.confirm_words)
         if code == 0 and compare(scene, other, truth)[0] > 0.5 * error:
             return "open", error, claim, "the richer model by two methods differs as much", cpu
     return "silent", error, claim, where, cpu

@@ -21,7 +21,8 @@ class Scene:
 
     scales: what an error of an output is measured against; without one the range of the true output, as the program measures.
     words: options of the program; truth_words: of the richer run; confirm_words: of another one that has to agree with it
-    before an error is called one.
+    before an error is called one. divided: the richer scene with several volumes a beam, the truth where beams of the other one bend
+    further than one frame can follow.
     claim: asked accuracy, None for the default of 1 % and five times the printed estimate.
     sizes_only: signs are not compared.
     """
@@ -33,6 +34,7 @@ class Scene:
     words: tuple = ()
     truth_words: tuple = ()
     confirm_words: tuple = ()
+    divided: str = ""
     claim: float | None = None
     sizes_only: bool = False
     kind: str = ""

@@ -15,7 +15,8 @@ OTHER = ("--method", "erk", "--tolerance", "1e-8", "--no-error-estimate", "--no-
 
 def pair(make, what, rich=ALL.format(14), words=(), claim=None, truth_words=TIGHT):
     """make(text of the beams' further lines) -> the scene's text."""
-    return Scene(make(""), make(rich), {}, what, words=words, claim=claim, truth_words=truth_words, confirm_words=OTHER)
+    divided = make(MIXED.format(6))
+    return Scene(make(""), make(rich), {}, what, words=words, claim=claim, truth_words=truth_words, confirm_words=OTHER, divided=divided)
 
 
 def first_bending(L, m, s, key="iz"):
