@@ -36,6 +36,14 @@ constexpr double found_share = 0.8;
 constexpr double like = 2.0, many_steps = 3.0;
 constexpr long judged_every = 50;
 constexpr int judged_samples = 400;  // enough to see the largest difference of two histories
+// At the places a run ten times looser may be off by so much of the asked accuracy. Errors go with the tolerance to a power of 0.8 or more, so
+// that the run itself keeps a third of it. Beside the judges alone a loose run of a double pendulum was right to 0.4 % by luck, the ten times
+// looser one 26 % off, and points between 5 %.
+constexpr double looser_share = 2.0;
+constexpr double loosest_beside = 0.1, tightest_beside = 1e-12;
+// A run beside each point, ten times tighter: errors of time may grow there as they do at no place.
+constexpr double between = 10.0;
+constexpr int beside_samples = 50;
 
 struct Refused {};  // a place that takes longer than a point may
 
@@ -80,6 +88,17 @@ double apart(const Histories& a, const Histories& reference, const std::vector<b
   return largest;
 }
 
+// How far a run of the same choices at another tolerance, so many times the run's, is off from it.
+double apart_at(double factor, const Histories& run, const Scene& scene, SimulateOptions options, const std::vector<bool>& read,
+                std::string& column) {
+  Scene other = scene;
+  other.simulation.tolerance =
+      std::clamp(factor * scene.simulation.tolerance.value_or(default_tolerance), tightest_beside, loosest_beside);
+  options.beside = nullptr;
+  options.samples = beside_samples;
+  return apart(simulate_histories(other, options), run, read, column);
+}
+
 struct Place {
   long point = 0;
   Scene scene;               // as it is written
@@ -104,7 +123,7 @@ Scene richer(const Scene& scene) {
       else if (beam->keep_modes) *count = 2 * modes;
     if (beam->keep_modes) beam->keep_modes = more(modes);
   }
-  out.simulation.tolerance = std::max(1e-12, 0.1 * scene.simulation.tolerance.value_or(default_tolerance));
+  out.simulation.tolerance = std::max(tightest_beside, scene.simulation.tolerance.value_or(default_tolerance) / between);
   return out;
 }
 
@@ -117,7 +136,9 @@ class Finder {
 
  private:
   SimulateOptions options() const;
+  SimulateOptions run_options() const;  // of runs with chosen settings
   Histories run(const Scene& choices, const Place& place, SeenBeside* beside) const;
+  bool time_is_sure(const Scene& choices) const;  // at all places, by looser runs
   // The largest error at all places, those of the runs that judge counted in; beyond what is asked where one cannot be run. Not all of them
   // are run once it is beyond that share of what is asked.
   double error_of(const Scene& choices, double share, std::string& column) const;
@@ -141,6 +162,14 @@ SimulateOptions Finder::options() const {
     if (tick_) tick_();
     if (sweep_.question.longest > 0.0 && cpu_seconds() - start > sweep_.question.longest) throw Refused{};
   };
+  return o;
+}
+
+SimulateOptions Finder::run_options() const {
+  SimulateOptions o = options();
+  o.accuracy.reset();
+  o.method = method_;
+  o.read = read_;
   return o;
 }
 
@@ -184,12 +213,22 @@ bool Finder::search(const fs::path& folder) {
 Histories Finder::run(const Scene& choices, const Place& place, SeenBeside* beside) const {
   Scene scene = place.scene;
   take_choices(choices, scene);
-  SimulateOptions o = options();
-  o.accuracy.reset();
-  o.method = method_;
-  o.read = read_;
+  SimulateOptions o = run_options();
   o.beside = beside;
   return simulate_histories(scene, o);
+}
+
+bool Finder::time_is_sure(const Scene& choices) const {
+  return std::all_of(places_.begin(), places_.end(), [&](const Place& place) {
+    Scene scene = place.scene;
+    take_choices(choices, scene);
+    try {
+      std::string column;
+      return apart_at(between, run(choices, place, nullptr), scene, run_options(), read_, column) <= looser_share * asked_;
+    } catch (const SimulationError&) {
+      return false;
+    }
+  });
 }
 
 double Finder::error_of(const Scene& choices, double share, std::string& column) const {
@@ -213,7 +252,7 @@ bool Finder::take_cheaper(const std::function<bool(Scene&)>& change) {
   for (Scene next = chosen_; change(next); next = chosen_) {
     std::string column;
     const double error = error_of(next, kept_share, column);
-    if (error > kept_share * asked_) return any;
+    if (error > kept_share * asked_ || (sweep_.question.estimate_error && !time_is_sure(next))) return any;
     chosen_ = next, error_ = error, column_ = column, any = true;
   }
   return any;
@@ -271,6 +310,10 @@ std::optional<SharedSettings> Finder::share() {
   SharedSettings out;
   out.finer = chosen_;
   make_cheaper();
+  // Nothing may have become cheaper.
+  std::optional<double>& tolerance = out.finer.simulation.tolerance;
+  tolerance = std::max(tightest_beside, std::min(tolerance.value_or(default_tolerance),
+                                                 chosen_.simulation.tolerance.value_or(default_tolerance) / between));
   out.written = places_.front().scene;
   out.chosen = chosen_;
   out.method = method_;
@@ -462,6 +505,12 @@ std::optional<SharedRun> run_with_shared(const Sweep& sweep, const SharedSetting
     out.error = shared.error;
     out.column = shared.column;
     out.warnings = shared.warnings;
+    if (options.estimate_error) {
+      std::string column;
+      const double error = apart_at(1.0 / between, h, chosen, o, read, column) + shared.finer_error;
+      if (error > shared.asked) return std::nullopt;
+      if (error > out.error) out.error = error, out.column = column;
+    }
     for (const std::string& text : beside.notes.texts(Severity::warning)) out.warnings.push_back(text);
     // Multiplied, so that the points judged do not lie in rows of a grid.
     out.judged = static_cast<std::uint64_t>(point) * 2654435761ULL % 4294967296ULL % judged_every == 0;
