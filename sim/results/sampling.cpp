@@ -16,6 +16,7 @@ struct Miss {
   double share = 0.0;      // of the way, root mean squares
   double frequency = 0.0;  // Hz
   double fast = 0.0;       // share of the swing
+  double swing = 0.0;      // beside a steady motion, root of the sum of squares
 };
 
 // Of values x and rates v at times t; none where nothing moves to speak of.
@@ -31,8 +32,8 @@ Miss missed(const VecX& t, const VecX& x, const VecX& v) {
   if (!(value > still_swing * x.norm()) || !(moved > 0.0)) return {};
   // Against the mean of their neighbours values and rates of a vibration lose the same factor, also one that stands at a lower frequency.
   const auto fast = [n](const VecX& y) { return (y.segment(1, n - 1) - 0.5 * (y.head(n - 1) + y.tail(n - 1))).norm(); };
-  if (!(fast(x) > unseen_fast * value)) return {};
-  return {(way - expected).norm() / moved, fast(v) / fast(x) / (2.0 * std::numbers::pi), std::min(1.0, fast(x) / value)};
+  if (!(fast(x) > unseen_fast * value)) return {0.0, 0.0, 0.0, value};
+  return {(way - expected).norm() / moved, fast(v) / fast(x) / (2.0 * std::numbers::pi), std::min(1.0, fast(x) / value), value};
 }
 
 }  // namespace
@@ -78,17 +79,48 @@ std::string fast_motion_text(const FastMotion& fast) {
                      fast.samples, digits * std::ceil(enough / digits));
 }
 
-std::optional<UnseenSwing> unseen_swing(const Results& results, const ResultBody& body, Eigen::Index least) {
-  if (results.times.size() < least || body.q.cols() == 0 || body.qd.cols() != body.q.cols()) return {};
-  const double fastest = body.qd.colwise().norm().maxCoeff(), duration = results.times[results.times.size() - 1] - results.times[0];
+namespace {
+
+// Thinned: more tell nothing of how a body bends.
+constexpr Eigen::Index most_nodes = 48;
+
+// Rows: displacements (kind 0) or small rotations (kind 1) of a part's nodes per coordinate, 3 nodes x n.
+MatX shapes_of(const FlexibleBody& body, int kind) {
+  const auto count = static_cast<Eigen::Index>(body.nodes.size()), taken = std::min(count, most_nodes);
+  MatX out(3 * taken, body.n);
+  for (Eigen::Index i = 0; i < taken; ++i) {
+    const FlexibleNode& node = body.nodes[static_cast<size_t>(taken > 1 ? i * (count - 1) / (taken - 1) : 0)];
+    out.middleRows<3>(3 * i) = kind == 0 ? node.phi : node.psi;
+  }
+  return out;
+}
+
+}  // namespace
+
+std::optional<UnseenSwing> unseen_swing(const Model& model, int body, const Results& results, Eigen::Index least) {
+  const ResultBody& deformed = results.bodies[static_cast<size_t>(body)];
+  if (results.times.size() < least || deformed.q.cols() == 0 || deformed.qd.cols() != deformed.q.cols()) return {};
+  const double duration = results.times[results.times.size() - 1] - results.times[0];
   std::optional<UnseenSwing> out;
-  double worst = missed_way;
-  for (Eigen::Index k = 0; k < body.q.cols(); ++k) {
-    if (body.qd.col(k).norm() < small_share * fastest) continue;
-    const Miss miss = missed(results.times, body.q.col(k), body.qd.col(k));
-    if (miss.share < worst) continue;
-    worst = miss.share;
-    out = {2.0 * std::numbers::pi * miss.frequency * duration, miss.fast};
+  for (const int kind : {0, 1}) {
+    std::vector<Miss> missing;
+    double farthest = 0.0;
+    Eigen::Index first = 0;
+    for (const int part : model.pieces[static_cast<size_t>(body)]) {
+      const FlexibleBody& piece = model.parts[static_cast<size_t>(part)].body;
+      const MatX shapes = shapes_of(piece, kind), moved = deformed.q.middleCols(first, piece.n) * shapes.transpose(),
+                 rates = deformed.qd.middleCols(first, piece.n) * shapes.transpose();
+      first += piece.n;
+      for (Eigen::Index k = 0; k < moved.cols(); ++k) {
+        missing.push_back(missed(results.times, moved.col(k), rates.col(k)));
+        farthest = std::max(farthest, missing.back().swing);
+      }
+    }
+    for (const Miss& miss : missing) {
+      if (miss.share < missed_way) continue;
+      const UnseenSwing found{2.0 * std::numbers::pi * miss.frequency * duration, miss.fast * miss.swing / farthest};
+      if (!out || found.radians * found.share > out->radians * out->share) out = found;
+    }
   }
   return out;
 }

@@ -1,6 +1,7 @@
 // Whether the samples of a run show its motion.
 #pragma once
 
+#include "sim/model/model.h"
 #include "sim/results/results.h"
 
 #include <optional>
@@ -22,13 +23,14 @@ struct FastMotion {
 std::optional<FastMotion> faster_than_samples(const Results& results, Eigen::Index first, Eigen::Index count);
 std::optional<FastMotion> faster_than_samples(const Results& results);
 
-// The same of one body's deformation: radians that the fast part goes through in the run, and its share of the whole swing. None: samples
-// show how it deforms.
+// The same of the displacements and rotations of a body's nodes, by first order: radians that the fast part of one of them goes through in
+// the run, and its share of the largest swing of all. Of several the one that goes through most for its share; coordinates of a body tell
+// nothing of that, as some of them hardly move it. None: samples show how it deforms. body: index in the scene.
 struct UnseenSwing {
   double radians = 0.0, share = 0.0;
 };
 // least: samples below which nothing is told.
-std::optional<UnseenSwing> unseen_swing(const Results& results, const ResultBody& body, Eigen::Index least = 16);
+std::optional<UnseenSwing> unseen_swing(const Model& model, int body, const Results& results, Eigen::Index least = 16);
 
 // "vibrates at about 70 Hz, too fast for 100 samples a second; output_rate = 700 shows it".
 std::string fast_motion_text(const FastMotion& fast);

@@ -346,8 +346,8 @@ const BeamDef* judged_beam(const BodyDef& def) {
 
 }  // namespace
 
-std::vector<size_t> beams_between_samples(const Scene& scene, const std::vector<EffectState>& effects, const Results& results,
-                                          double asked) {
+std::vector<size_t> beams_between_samples(const Scene& scene, const Model& model, const std::vector<EffectState>& effects,
+                                          const Results& results, double asked) {
   std::vector<size_t> out;
   constexpr Eigen::Index fewest_samples = 3;
   if (results.times.size() < fewest_samples) return out;
@@ -358,7 +358,7 @@ std::vector<size_t> beams_between_samples(const Scene& scene, const std::vector<
     const BodyDef& def = scene.bodies[b];
     const BeamDef* beam = judged_beam(def);
     // A guess from few samples does: the run with more elements decides.
-    const std::optional<UnseenSwing> unseen = beam ? unseen_swing(results, results.bodies[b], fewest_samples) : std::nullopt;
+    const std::optional<UnseenSwing> unseen = beam ? unseen_swing(model, static_cast<int>(b), results, fewest_samples) : std::nullopt;
     if (!unseen) continue;
     const Bending bending = bending_of(*beam, def.name, effects);
     Swing swing = swing_of(results.bodies[b], duration);

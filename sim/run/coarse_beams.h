@@ -36,10 +36,10 @@ struct CoarseBeam {
 std::vector<CoarseBeam> coarse_beams(const Scene& scene, const std::vector<EffectState>& effects, const Results& results);
 
 // Indices of bodies: beams that vibrate between the samples so fast that their elements may be too few for that, by the same formulas and
-// one coordinate that runs faster than the samples show (sampling.h). Whether the outputs move with it is told by a run with twice as many
-// (model_check.h): a stiff coordinate of no account may run as fast.
-std::vector<size_t> beams_between_samples(const Scene& scene, const std::vector<EffectState>& effects, const Results& results,
-                                          double asked);
+// one node that runs faster than the samples show (sampling.h). Whether the outputs move with it is told by a run with twice as many
+// (model_check.h).
+std::vector<size_t> beams_between_samples(const Scene& scene, const Model& model, const std::vector<EffectState>& effects,
+                                          const Results& results, double asked);
 
 // Indices of bodies: beams bent across their stiff way so hard that they may be near tipping over sideways, where bending and twist make
 // each other larger and a small error of the load at which they tip is a large one of the deflection aside. Whether their elements are

@@ -371,7 +371,7 @@ bool LeftOut::assemble(const System& system) {
   work_.signals = system.work.signals;
   work_.clusters = system.work.clusters;
   try {
-    update_positions(model_, work_);
+    update_positions(model_, work_, false);
   } catch (const SimulationError&) {
     return false;
   }
@@ -441,7 +441,7 @@ void LeftOut::follow_deformation(const System& system) {
   work_.clusters = system.work.clusters;
   double mass = 0.0;
   try {
-    update_positions(model_, work_);
+    update_positions(model_, work_, false);
     mass = moved_mass(system, nullptr, {});
     for (size_t i = 0; i < model_.parts.size(); ++i)
       if (const VecX& q = system.work.parts[i].q; q.size() > 0) mass += q.dot(model_.parts[i].body.Me * q);
@@ -585,7 +585,8 @@ LeftOut::Drift LeftOut::drift(const Item& item, const Results& results) const {
   const double omega = bent_mass_[top] > 0.0 ? std::sqrt(2.0 * strain_[top] / bent_mass_[top]) : 0.0, least = 0.4 * omega * duration;
   double largest = 0.0;
   std::vector<double> bent(times_.size(), 0.0);
-  for (const ResultBody& body : results.bodies) {
+  for (size_t b = 0; b < results.bodies.size(); ++b) {
+    const ResultBody& body = results.bodies[b];
     Eigen::Index most = -1;
     double range = 0.0;
     for (Eigen::Index c = 0; c < body.displacement.cols(); ++c)
@@ -602,7 +603,7 @@ LeftOut::Drift LeftOut::drift(const Item& item, const Results& results) const {
                  passed = 2.0 * std::numbers::pi * cycles;
     // Deformation that follows its loads slowly keeps their phase; one that starts with them lags behind; what is too fast for the samples
     // goes through more than they show.
-    const std::optional<UnseenSwing> unseen = unseen_swing(results, body);
+    const std::optional<UnseenSwing> unseen = unseen_swing(model_, static_cast<int>(b), results);
     const double lost = std::max({passed < least ? 0.0 : 0.5 * passed, 2.0 * lag(results.times, column, omega) / range,
                                   unseen ? 0.5 * unseen->share * unseen->radians : 0.0});
     const double first = changing * together * left_out / stored * lost;

@@ -77,7 +77,7 @@ class LeftOut {
     VecX frequencies;               // rad/s, ascending
     VecX by_rate, by_acceleration;  // amounts that their rates and their accelerations tell of
     MatX reach;                     // of the followed columns, per amount
-    MatX slowed;                    // an item a row: share of its frequency that a mode loses
+    MatX slowed;                    // an item a row: share of its frequency that a mode loses; negative: the mode hardly moves anything
   };
 
   Moved strained(const System& system, Item& item) const;
@@ -125,6 +125,7 @@ class LeftOut {
   bool struck_ = false;           // a load comes or goes at once
   std::vector<char> sudden_;      // a look: loads switched since the one before
   std::vector<Vibrations> vibrations_;
+  VecX farthest_ = VecX::Zero(3);                   // m, m/s, m/s^2: of what the vibrations move, at any look so far
   std::vector<double> times_, strain_, bent_mass_;  // a look: s; strain energy, J; sum m d^2 of the deformation, kg m^2
 };
 

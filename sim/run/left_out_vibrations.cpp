@@ -16,6 +16,9 @@ namespace {
 constexpr size_t most_directions = 200;
 // Step along a mode, of the mechanism's size: loops close to 1e-11 of it, and what is of second order in it stays below 1e-6 of the rest.
 constexpr double small_step = 1e-6;
+// A mode that moves no point by more than that share of the farthest vibration, in place, velocity or acceleration as the outputs ask, is
+// not looked at: outputs that move a hundredth of that still have it to a hundredth of their range.
+constexpr double hardly_moves = 1e-4;
 
 bool is_of_second_order(const std::string& effect) { return effect == "stiffening" || effect == "gyroscopic"; }
 
@@ -39,8 +42,12 @@ double LeftOut::energy_without(const Item& item, const std::vector<CutBeam>& bef
 // vibration are those of its inertia, with or without what is left out.
 void LeftOut::look_at_vibrations(System& system, double t, const VecX& y, const VecX& rest) {
   const bool wanted = std::any_of(items_.begin(), items_.end(), [](const Item& item) { return !is_of_second_order(item.effect); });
+  int highest = -1;  // how many times what is evaluated is differentiated
+  for (const Column& column : columns_)
+    if (column.row >= 0) highest = std::max(highest, column.order);
+  if (!wanted || highest < 0) return;
   const std::vector<Direction> directions = independent_directions(system.model, system.work);
-  if (!wanted || directions.empty() || directions.size() > most_directions) return;
+  if (directions.empty() || directions.size() > most_directions) return;
   const VecX q = system.work.q, w = system.work.w;
   const auto n = static_cast<Eigen::Index>(directions.size());
   VecX rate(n), acceleration(n), reach(n);
@@ -60,19 +67,29 @@ void LeftOut::look_at_vibrations(System& system, double t, const VecX& y, const 
     found.by_rate = modes.amounts * rate;
     found.by_acceleration = modes.amounts * acceleration;
     found.reach = MatX::Zero(rest.size(), modes.frequencies.size());
-    found.slowed = MatX::Zero(static_cast<Eigen::Index>(items_.size()), modes.frequencies.size());
+    found.slowed = MatX::Constant(static_cast<Eigen::Index>(items_.size()), modes.frequencies.size(), -1.0);
+    // Metres of the point that a mode moves farthest.
+    MatX moved = MatX::Zero(highest + 1, modes.frequencies.size());
     for (Eigen::Index j = 0; j < modes.frequencies.size(); ++j) {
       const double omega = modes.frequencies[j];
       // What is too slow to come to a tenth of a radian loses no phase.
       if (!(omega * scene_.simulation.duration > 0.1)) continue;
       found.by_rate[j] /= omega;
       found.by_acceleration[j] /= omega * omega;
+      const double amount = std::max(std::abs(found.by_rate[j]), std::abs(found.by_acceleration[j]));
+      moved(0, j) = amount * modes.shapes.col(j).cwiseProduct(reach).cwiseAbs().maxCoeff();
+      for (Eigen::Index order = 1; order <= highest; ++order) moved(order, j) = moved(order - 1, j) * omega;
+    }
+    farthest_.head(highest + 1) = farthest_.head(highest + 1).cwiseMax(moved.rowwise().maxCoeff());
+    for (Eigen::Index j = 0; j < modes.frequencies.size(); ++j) {
+      const double omega = modes.frequencies[j];
+      if (!(moved.col(j).array() > hardly_moves * farthest_.head(highest + 1).array()).any()) continue;
       const double step = small_step * size / modes.shapes.col(j).cwiseProduct(reach).cwiseAbs().maxCoeff();
       system.work.q = q;
       system.work.w = w;
       for (Eigen::Index k = 0; k < n; ++k)
         move_along(system.model, directions[static_cast<size_t>(k)], step * modes.shapes(k, j), system.work);
-      update_positions(system.model, system.work);
+      update_positions(system.model, system.work, false);  // the deformation's inertia changes by as little
       update_velocities(system.model, system.work);
       update_system_accelerations(system);
       compute_reactions(system.model, system.work, reactions_);
@@ -94,12 +111,14 @@ void LeftOut::look_at_vibrations(System& system, double t, const VecX& y, const 
 VecX LeftOut::slowed_vibrations(size_t item, double duration) const {
   VecX squares = VecX::Zero(static_cast<Eigen::Index>(columns_.size()));
   if (vibrations_.empty()) return squares;
-  const double looks = static_cast<double>(vibrations_.size());
   Eigen::Index modes = vibrations_.front().frequencies.size();
   for (const Vibrations& v : vibrations_) modes = std::min(modes, v.frequencies.size());
   for (Eigen::Index j = 0; j < modes; ++j) {
-    double phase = 0.0;
-    for (const Vibrations& v : vibrations_) phase += duration / looks * v.frequencies[j] * v.slowed(static_cast<Eigen::Index>(item), j);
+    // Over the looks at which the mode was looked at.
+    double slower = 0.0, looks = 0.0;
+    for (const Vibrations& v : vibrations_)
+      if (const double share = v.slowed(static_cast<Eigen::Index>(item), j); share >= 0.0) slower += v.frequencies[j] * share, ++looks;
+    const double phase = looks > 0.0 ? duration * slower / looks : 0.0;
     // Half a turn out of phase is twice the amplitude.
     const double apart = std::min(2.0, phase);
     for (size_t c = 0; c < columns_.size(); ++c) {

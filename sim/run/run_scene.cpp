@@ -143,7 +143,7 @@ bool estimate(const Scene& scene, const SimulateOptions& options, Alone& alone, 
     // Also where no output moves: another model's may.
     ModelCheckOptions richer{unasked_accuracy, model_check_budget(results.statistics.cpu_seconds), check};
     richer.may_tip = beams_that_may_tip(scene, alone.effects, results);
-    richer.between_samples = beams_between_samples(scene, alone.effects, results, sure_of_coarse * unasked_accuracy);
+    richer.between_samples = beams_between_samples(scene, alone.start->model, alone.effects, results, sure_of_coarse * unasked_accuracy);
     check_models(scene, alone.effects, alone.limits, base, richer, results.statistics);
   }
   // A second run of the same length is made of short ones only.
