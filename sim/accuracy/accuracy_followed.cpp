@@ -21,6 +21,9 @@ constexpr double shifted = 2.25;
 // Of stretching and twist under a force at the end it is as much again as twice the modes have brought: they fall as 1/n.
 // Where a round brought what lacks down by more than such a fall does, it was bending that lacked.
 constexpr double tail_undamped = 1.28, tail_stiff = 2.0, faster_than_stiff = 2.3;
+// What two loose runs may be apart in time, of what is asked, for them to tell of space at a quarter of the price.
+// Nearer to what is asked than `clearly` they would tell too much (bending slider-crank at 1e-2: 8.1e-3 where 1.4e-3 is true).
+constexpr double loosely_judged = 0.3, clearly = 0.7;
 // The elements behind half as many modes more are twice as many with this: they err by their number's square or its fourth power.
 constexpr double more_elements = 4.0 / 3.0;
 // What a round of refinement is thought to bring, however little the last one did (every second mode may have no part in the motion), and
@@ -62,6 +65,11 @@ struct Followed {
   std::optional<Histories> run_within_limit();
   std::optional<Histories> run_whole();
   bool judge_all_at_once();
+  std::optional<bool> judge_loosely(Search& finer, const Setting& next);
+  bool judge_stiff_apart(const MatX& by_all);
+  bool several() const;
+  double tail(double left) const;
+  bool judge_is_next() const;
   SimulateOptions whole_run() const;
   std::optional<Histories> run_finer(Search& finer, const Setting& next);
   bool take_finer();
@@ -182,11 +190,14 @@ bool Followed::settle_time(double timely) {
 
 // Forces and accelerations converge slowly with modes, so that the run which judges is likely to be the next round's: it is made whole
 // where there is one body only, all of whose modes would be refined then.
+bool Followed::judge_is_next() const {
+  const bool one = std::all_of(list.begin(), list.end(), [&](const Refinement& r) { return r.body == list.front().body; });
+  return whole && one && std::any_of(here->units.begin(), here->units.end(), converges_slowly);
+}
+
 std::optional<Histories> Followed::run_finer(Search& finer, const Setting& next) {
   finer_run.reset();
-  const bool one = std::all_of(list.begin(), list.end(), [&](const Refinement& r) { return r.body == list.front().body; });
-  if (!whole || !one || std::none_of(here->units.begin(), here->units.end(), converges_slowly))
-    return finer.run_within(finer.at(next), unlimited);
+  if (!judge_is_next()) return finer.run_within(finer.at(next), unlimited);
   const double start = cpu_seconds();
   std::optional<Histories> run;
   try {
@@ -217,6 +228,39 @@ bool Followed::take_finer() {
   return true;
 }
 
+bool Followed::several() const {
+  return std::any_of(list.begin(), list.end(), [&](const Refinement& r) { return r.body != list.front().body; });
+}
+
+// What lies beyond the next finer run too, as a multiple of what that one changes, `left` at most.
+double Followed::tail(double left) const {
+  const bool stiff = std::any_of(list.begin(), list.end(), [](const Refinement& r) { return r.stiff; });
+  const bool falls = brought > 0.0 && left * faster_than_stiff < brought;
+  const double of_one = stiff && !falls ? tail_stiff : tail_undamped;
+  if (search.touches) return 3.0 * of_one;
+  // Bodies pass what they lack on to each other. (Slider-crank with an elastic crank: 1.5 times what one more round changes, and 0.5 to 1.2
+  // times in random ones, once errors of time are small and the crank stretches where the rod does.)
+  return several() ? tail_stiff : of_one;
+}
+
+// The same by a run as loose as the one that judged time. What both may be off in time, which has nothing to do with what modes lack, comes
+// on top as squares do. None where that leaves open whether the accuracy is kept.
+std::optional<bool> Followed::judge_loosely(Search& finer, const Setting& next) {
+  if (search.touches || judge_is_next()) return std::nullopt;
+  if (tail_stiff * largest(time) > loosely_judged * error_of_difference * t.accuracy) return std::nullopt;
+  const std::optional<Histories> judge = finer.run_within(finer.at({next.level, 10.0 * next.tolerance}), unlimited);
+  if (!judge) return std::nullopt;
+  const MatX left = relative(*judge, out.looser).cwiseAbs(), of_time = time.cwiseAbs() / error_of_difference;
+  const double beyond = tail(largest(left));
+  space = beyond * (left.cwiseAbs2() - of_time.cwiseAbs2()).cwiseMax(0.0).cwiseSqrt();
+  const bool lacks = total(0.3 * time) > t.accuracy;
+  space = beyond * (left.cwiseAbs2() + of_time.cwiseAbs2()).cwiseSqrt();
+  if (!lacks && total(time) > clearly * t.accuracy) return std::nullopt;
+  finer_run.reset();
+  brought = largest(left);
+  return !lacks;
+}
+
 // One run with more modes of every kind in all bodies tells what there is to tell; false where it tells too much.
 bool Followed::judge_all_at_once() {
   space = MatX::Zero(time.rows(), time.cols());
@@ -225,6 +269,10 @@ bool Followed::judge_all_at_once() {
   Setting next = setting;
   for (Refinement& r : list) r.growth = finer.refine(r, next);
   finer.fineness *= more_elements;
+  if (const std::optional<bool> kept = judge_loosely(finer, next)) {
+    search.cpu = finer.cpu;
+    return *kept;
+  }
   const std::optional<Histories> judge = run_finer(finer, next);
   search.cpu = finer.cpu;
   if (!judge) {
@@ -233,17 +281,35 @@ bool Followed::judge_all_at_once() {
   }
   const MatX left = relative(*judge, *here);
   const double of_space = beyond_time(largest(left), 2.0 * std::pow(largest(time), 2));
-  const bool stiff = std::any_of(list.begin(), list.end(), [](const Refinement& r) { return r.stiff; });
-  const bool falls = brought > 0.0 && largest(left) * faster_than_stiff < brought;
+  const MatX by_all = of_space > 0.0 ? MatX(left * (of_space / largest(left))) : MatX::Zero(time.rows(), time.cols());
+  const double beyond = tail(largest(left));
+  space = beyond * by_all;
   brought = largest(left);
-  space = of_space > 0.0 ? MatX(left * ((stiff && !falls ? tail_stiff : tail_undamped) * of_space / largest(left)))
-                         : MatX::Zero(time.rows(), time.cols());
-  // Bodies pass what they lack on to each other. (Slider-crank with an elastic crank: 1.5 times what one more round changes, and 0.5 to 1.2
-  // times in random ones, once errors of time are small and the crank stretches where the rod does.)
-  const bool several = std::any_of(list.begin(), list.end(), [&](const Refinement& r) { return r.body != list.front().body; });
-  if (search.touches) space *= 3.0;
-  else if (several && (!stiff || falls)) space *= tail_stiff / tail_undamped;
-  return total(time) <= t.accuracy;
+  if (total(time) <= t.accuracy) return true;
+  return !several() && !search.touches && beyond > tail_undamped && judge_stiff_apart(by_all);
+}
+
+// What stretching and twist lack falls slowly, but of one body it is a part only of what all modes more change: a loose run with more of
+// these alone tells which, with all that both runs may be off in time. Whether the accuracy is kept by that.
+bool Followed::judge_stiff_apart(const MatX& by_all) {
+  const MatX slow = space;
+  space = tail_undamped * by_all;
+  if (total(time) <= t.accuracy) {
+    Search finer = search;
+    Setting next = setting;
+    for (const Refinement& r : list)
+      if (r.stiff) finer.refine(r, next);
+    next.tolerance *= 10.0;
+    const std::optional<Histories> judge = finer.run_within(finer.at(next), unlimited);
+    search.cpu = finer.cpu;
+    if (judge) {
+      const MatX of_stiff = relative(*judge, out.looser).cwiseAbs() + time.cwiseAbs() / error_of_difference;
+      space = tail_undamped * by_all.cwiseAbs() + (tail_stiff - tail_undamped) * of_stiff;
+      if (total(time) <= t.accuracy) return true;
+    }
+  }
+  space = slow;
+  return false;
 }
 
 // Which bodies lack modes: runs as loose as the one that judges time are enough to tell, where their errors of time do not hide it.

@@ -111,7 +111,7 @@ def followed_vibrations(folder):
         ("pendulum", 1e-3, 11.0, True),
         ("pendulum", 1e-4, 20.0, True),
         ("slider_crank", 1e-3, 12.0, False),
-        ("slider_crank", 1e-2, 10.0, True),
+        ("slider_crank", 1e-2, 3.0, True),
     )
     for name, asked, most, reached in questions:
         text = (examples / f"{name}.toml").read_text().split("[render]")[0]
@@ -138,6 +138,9 @@ def followed_vibrations(folder):
             truth = {key: np.array(values) for key, values in history(folder / "truth.csv").items()}
             error = np.abs(h["deflection.y"] - truth["deflection.y"]).max() / np.ptp(truth["deflection.y"])
             judge(name, summary, error, 1e-3)
+            # Bending lacks most, and what stretching lacks falls slowly: with that taken for all of it the tolerance had to go down to
+            # 4.2e-8, at 5040 evaluations.
+            expect(summary["evaluations"] < 2500, f"{name}: {summary['evaluations']} evaluations")
 
 
 def straight_whatever_is_asked(folder):
