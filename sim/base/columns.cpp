@@ -2,6 +2,8 @@
 
 #include "sim/base/four.h"
 
+#include <vector>
+
 namespace flexframe::sim {
 
 namespace {
@@ -81,16 +83,25 @@ void wrenches_to_parent(const PlanePose& a, MatX3& F, Eigen::Index n) {
 
 namespace {
 
-// Lower half of M += A^T B + B^T A with A, B of six rows, n columns.
+// Lower half of M += A^T B + B^T A with A, B of six rows, n columns: products of [A; B] with [B; A], twelve rows in three registers.
+// both: room for [A; B].
 FLEXFRAME_WIDE
-void wide_add_symmetric(const double* A, const double* B, int n, double* M, std::ptrdiff_t stride) {
+void wide_add_symmetric(const double* A, const double* B, int n, double* both, double* M, std::ptrdiff_t stride) {
   for (std::ptrdiff_t k = 0; k < n; ++k) {
     const double *const a = A + 6 * k, *const b = B + 6 * k;
+    double* const to = both + 12 * k;
+    four(to).v = four(a).v;
+    four(to + 2).v = four(a + 2).v;
+    four(to + 6).v = four(b).v;
+    four(to + 8).v = four(b + 2).v;
+  }
+  for (std::ptrdiff_t k = 0; k < n; ++k) {
+    const double* x = both + 12 * k;
+    const Four first = four(x + 6).v, second = Four{x[10], x[11], x[0], x[1]}, third = four(x + 2).v;
     double* const m = M + k * stride;
-    for (std::ptrdiff_t i = k; i < n; ++i) {
-      const double *const x = A + 6 * i, *const y = B + 6 * i;
-      const Four s = four(x).v * four(b).v + four(y).v * four(a).v;
-      m[i] += ((s[0] + s[2]) + (s[1] + s[3])) + ((x[4] * b[4] + x[5] * b[5]) + (y[4] * a[4] + y[5] * a[5]));
+    for (std::ptrdiff_t i = k; i < n; ++i, x += 12) {
+      const Four s = (four(x).v * first + four(x + 4).v * second) + four(x + 8).v * third;
+      m[i] += (s[0] + s[2]) + (s[1] + s[3]);
     }
   }
 }
@@ -98,7 +109,10 @@ void wide_add_symmetric(const double* A, const double* B, int n, double* M, std:
 }  // namespace
 
 void add_symmetric(const Mat6X& A, const Mat6X& B, MatX& M, Eigen::Index at) {
-  wide_add_symmetric(A.data(), B.data(), static_cast<int>(A.cols()), &M(at, at), M.rows());
+  static thread_local std::vector<double> both;
+  const size_t room = 12 * static_cast<size_t>(A.cols());
+  if (both.size() < room) both.resize(room);
+  wide_add_symmetric(A.data(), B.data(), static_cast<int>(A.cols()), both.data(), &M(at, at), M.rows());
 }
 void set_outer(const Mat6X& F, Eigen::Index n, const Mat6X& G, MatX& M, Eigen::Index row, Eigen::Index col) {
   for (Eigen::Index k = 0; k < n; ++k) {

@@ -313,33 +313,35 @@ void solve_factor(const double* L, int n, double* v) {
     for (int i = j + 4; i < n; i += 4)
       four(v + i).v = (((four(v + i).v - a * four(l0 + i).v) - b * four(l1 + i).v) - c * four(l2 + i).v) - d * four(l3 + i).v;
   }
-  for (int k = j; k < n; ++k) {
-    const double* const l = L + k * stride;
-    const double a = v[k] /= l[k];
-    for (int i = k + 1; i < n; ++i) v[i] -= a * l[i];
-  }
-  for (int k = n; k-- > j;) {
-    const double* const l = L + k * stride;
-    double s = v[k];
-    for (int i = k + 1; i < n; ++i) s -= l[i] * v[i];
-    v[k] = s / l[k];
+  // Up to three columns are left: written out, as loops over so few cost more than what they do.
+  if (const int left = n - j; left > 0) {
+    const double *const l0 = L + j * (stride + 1), *const l1 = l0 + stride + 1, *const l2 = l1 + stride + 1;
+    double* const x = v + j;
+    x[0] /= l0[0];
+    if (left > 1) x[1] = (x[1] - x[0] * l0[1]) / l1[0];
+    if (left > 2) {
+      x[2] = ((x[2] - x[0] * l0[2]) - x[1] * l1[1]) / l2[0];
+      x[2] /= l2[0];
+      x[1] = (x[1] - l1[1] * x[2]) / l1[0];
+      x[0] = ((x[0] - l0[1] * x[1]) - l0[2] * x[2]) / l0[0];
+    } else if (left > 1) {
+      x[1] /= l1[0];
+      x[0] = (x[0] - l0[1] * x[1]) / l0[0];
+    } else {
+      x[0] /= l0[0];
+    }
+    v[n] = v[n + 1] = v[n + 2] = 0.0;
   }
   while ((j -= 4) >= 0) {
     const double *const l0 = L + j * stride, *const l1 = l0 + stride, *const l2 = l1 + stride, *const l3 = l2 + stride;
     Four s0{}, s1{}, s2{}, s3{};
-    int i = j + 4;
-    for (; i + 4 <= n; i += 4) {
+    // Behind the values stand zeros.
+    for (int i = j + 4; i < n; i += 4) {
       const Four x = four(v + i).v;
       s0 += four(l0 + i).v * x;
       s1 += four(l1 + i).v * x;
       s2 += four(l2 + i).v * x;
       s3 += four(l3 + i).v * x;
-    }
-    for (; i < n; ++i) {
-      s0[0] += l0[i] * v[i];
-      s1[0] += l1[i] * v[i];
-      s2[0] += l2[i] * v[i];
-      s3[0] += l3[i] * v[i];
     }
     const double d = (v[j + 3] - ((s3[0] + s3[1]) + (s3[2] + s3[3]))) / l3[j + 3];
     const double c = (v[j + 2] - ((s2[0] + s2[1]) + (s2[2] + s2[3])) - l2[j + 3] * d) / l2[j + 2];
