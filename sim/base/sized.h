@@ -31,6 +31,27 @@ FLEXFRAME_INLINE void by_count(Eigen::Index n, const With& with) {
   }
 }
 
+// The same up to twelve, as many modes as most bodies have: for the loops that take longest in them, which get code of their own for each.
+template <class With>
+FLEXFRAME_INLINE void by_larger_count(Eigen::Index n, const With& with) {
+  switch (n) {
+    case 7:
+      return with(std::integral_constant<int, 7>());
+    case 8:
+      return with(std::integral_constant<int, 8>());
+    case 9:
+      return with(std::integral_constant<int, 9>());
+    case 10:
+      return with(std::integral_constant<int, 10>());
+    case 11:
+      return with(std::integral_constant<int, 11>());
+    case 12:
+      return with(std::integral_constant<int, 12>());
+    default:
+      return by_count(n, with);
+  }
+}
+
 // to = n numbers from `from`.
 FLEXFRAME_INLINE void copy_few(const double* from, Eigen::Index n, double* to) {
   by_count(
@@ -96,7 +117,7 @@ auto component_of(const Eigen::Matrix<double, Eigen::Dynamic, Columns>& M, int a
 // y = A x, A: n x n, y: not x.
 template <int N>
 FLEXFRAME_INLINE void multiply_sized(const MatX& A, const double* x, double* y) {
-  if constexpr (N > 0) {
+  if constexpr (N > 0 && N <= 6) {
     const Eigen::Map<const Eigen::Matrix<double, N, N>> M(A.data());
     Eigen::Map<Eigen::Matrix<double, N, 1>>(y).noalias() = M.lazyProduct(Eigen::Map<const Eigen::Matrix<double, N, 1>>(x));
   } else {
@@ -128,13 +149,13 @@ FLEXFRAME_INLINE Vec3 combine_sized(const MatX3& A, const VecX& x) {
 // The same of any number.
 FLEXFRAME_INLINE Vec6 combine_few(const Mat6X& A, const VecX& x) {
   Vec6 out;
-  by_count(
+  by_larger_count(
       A.cols(), [&](auto n) __attribute__((always_inline)) { out = combine_sized<n()>(A, x); });
   return out;
 }
 FLEXFRAME_INLINE Vec3 combine_few(const MatX3& A, const VecX& x) {
   Vec3 out;
-  by_count(
+  by_larger_count(
       A.rows(), [&](auto n) __attribute__((always_inline)) { out = combine_sized<n()>(A, x); });
   return out;
 }

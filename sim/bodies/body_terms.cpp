@@ -197,21 +197,21 @@ FLEXFRAME_INLINE void velocity_terms(const Body& body, const typename S::Twist& 
 }
 
 FLEXFRAME_WIDE void wide_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out) {
-  by_count(
+  by_larger_count(
       body.n, [&](auto n) __attribute__((always_inline)) { mass<n()>(body, q, out); });
 }
 FLEXFRAME_WIDE void wide_mass(const PlaneBody& body, const VecX& q, PlaneTerms& out) {
-  by_count(
+  by_larger_count(
       body.n, [&](auto n) __attribute__((always_inline)) { mass<n()>(body, q, out); });
 }
 FLEXFRAME_WIDE void wide_velocity_terms(const FlexibleBody& body, const Vec6& V, const VecX& qd, BodyTerms& out) {
   if (body.n == 0) return rigid_velocity_terms(V, out);
-  by_count(
+  by_larger_count(
       body.n, [&](auto n) __attribute__((always_inline)) { velocity_terms<n()>(body, V, qd, out); });
 }
 FLEXFRAME_WIDE void wide_velocity_terms(const PlaneBody& body, const Vec3& V, const VecX& qd, PlaneTerms& out) {
   if (body.n == 0) return rigid_velocity_terms(V, out);
-  by_count(
+  by_larger_count(
       body.n, [&](auto n) __attribute__((always_inline)) { velocity_terms<n()>(body, V, qd, out); });
 }
 
@@ -225,7 +225,7 @@ FLEXFRAME_INLINE void structural_force(const Body& body, const VecX& q, const Ve
 template <class Body>
 void structural_force(const Body& body, const VecX& q, const VecX& qd, VecX& out) {
   out.resize(body.n);
-  by_count(
+  by_larger_count(
       body.n, [&](auto n) __attribute__((always_inline)) { structural_force<n()>(body, q, qd, out); });
 }
 

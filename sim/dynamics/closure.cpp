@@ -730,10 +730,20 @@ FLEXFRAME_INLINE void add_path(const Model& model, const W& work, std::span<cons
   }
 }
 
-// out = A x.
+// out = A x. Of two or three conditions, as most loops have, here: a call costs more than the product.
+template <int N>
+FLEXFRAME_INLINE void set_product_few(const MatX& A, const double* x, double* out) {
+  const double* a = A.data();
+  double sum[N] = {};
+  for (Eigen::Index k = 0; k < A.cols(); ++k, a += N)
+    for (int r = 0; r < N; ++r) sum[r] += a[r] * x[k];
+  std::copy_n(sum, N, out);
+}
 FLEXFRAME_INLINE void multiply_into(const MatX& A, const VecX& x, VecX& out) {
   if (out.size() != A.rows()) out.resize(A.rows());
-  multiply(A, x.data(), out.data());
+  if (A.rows() == 2) set_product_few<2>(A, x.data(), out.data());
+  else if (A.rows() == 3) set_product_few<3>(A, x.data(), out.data());
+  else multiply(A, x.data(), out.data());
 }
 
 // C = -A B, column by column.
@@ -782,8 +792,8 @@ FLEXFRAME_INLINE void factorise_closure(const Model& model, int cluster, W& work
   const Eigen::Index nd = static_cast<Eigen::Index>(cw.partition.dep.size()), ni = static_cast<Eigen::Index>(cw.partition.ind.size());
   static thread_local std::vector<double> G;
   const size_t entries = static_cast<size_t>(nd * (nd + ni));
-  if (G.size() < entries) G.resize(entries);
-  std::fill_n(G.data(), entries, 0.0);
+  if (G.size() < entries + 3) G.resize(entries + 3);
+  for (size_t k = 0; k < entries; k += 4) four(G.data() + k).v = Four{};
   const std::vector<int>& place = cw.plan.place;
   double* const independent = G.data() + nd * nd;
   for_other_rows(
@@ -795,17 +805,21 @@ FLEXFRAME_INLINE void factorise_closure(const Model& model, int cluster, W& work
       },
       [&](int row, size_t lock) { independent[place[cw.locked[lock]] * nd + row] = 1.0; });
   const RowsOfG<S> out{joints_in_base(model, work, cluster, columns), place, cluster, cw.plan.deforms, columns, nd, independent};
-  for_loops(model, work, cluster, loops, [&](const auto& rows, const LoopJoint& loop, const LoopPose<S>& at) {
-    add_path<W>(model, work, rows, {loop.b, at.b, 1.0}, out);
-    add_path<W>(model, work, rows, {loop.a, at.a, -1.0}, out);
-  });
-  cw.Gd.resize(nd, nd);
-  for (Eigen::Index d = 0; d < nd; ++d)
-    for (Eigen::Index r = 0; r < nd; ++r) cw.Gd(r, d) = independent[r - (1 + d) * nd];
+  for_loops(
+      model, work, cluster, loops, [&](const auto& rows, const LoopJoint& loop, const LoopPose<S>& at) __attribute__((always_inline)) {
+        add_path<W>(model, work, rows, {loop.b, at.b, 1.0}, out);
+        add_path<W>(model, work, rows, {loop.a, at.a, -1.0}, out);
+      });
+  if (cw.Gd.rows() != nd) cw.Gd.resize(nd, nd);
+  double* to = cw.Gd.data();
+  for (Eigen::Index d = 0; d < nd; ++d, to += nd) {
+    const double* const from = independent - (1 + d) * nd;
+    for (Eigen::Index r = 0; r < nd; ++r) to[r] = from[r];
+  }
   // A singular one leaves nothing finite, and the loop is found to stay open.
   if (!invert(cw.Gd)) cw.Gd.setConstant(std::numeric_limits<double>::infinity());
   if (!columns.all) return;
-  cw.E.resize(nd, ni);
+  if (cw.E.rows() != nd || cw.E.cols() != ni) cw.E.resize(nd, ni);
   set_negative_product(cw.Gd, independent, cw.E);
 }
 
@@ -1030,10 +1044,11 @@ FLEXFRAME_INLINE void close_rates(const Model& model, int cluster, W& work, bool
   cw.e0.setZero(nd);
   if (cw.carried > 0 || work.carrying.follows[static_cast<size_t>(cluster)]) {
     update_driven_rates(model, cluster, work);
-    const int loop_rows = closure_row_count(model, work, cluster) - static_cast<int>(cw.locked.size());
-    for (int i = 0; i < nd; ++i) {
-      const int lock = part.rows[i] - loop_rows;
-      rhs[i] = (lock >= 0 && lock < cw.carried ? cw.lock_rate[lock] : 0.0) - cw.rate[i];
+    for (int i = 0; i < nd; ++i) rhs[i] = -cw.rate[i];
+    if (cw.carried > 0) {
+      const int loop_rows = closure_row_count(model, work, cluster) - static_cast<int>(cw.locked.size());
+      for (int i = 0; i < nd; ++i)
+        if (const int lock = part.rows[i] - loop_rows; lock >= 0 && lock < cw.carried) rhs[i] += cw.lock_rate[lock];
     }
     multiply_into(cw.Gd, rhs, cw.e0);
     dep += cw.e0;

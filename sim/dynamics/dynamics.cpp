@@ -62,7 +62,7 @@ FLEXFRAME_INLINE void start_composites(const Model& model, W& work) {
         const MatX& own = elastic_mass(body, p.terms);
         std::copy_n(own.data(), own.size(), p.Mee.data());
       }
-      by_count(
+      by_larger_count(
           body.n, [&](auto n) __attribute__((always_inline)) { start_elastic<n()>(A0, p); });
     }
     const TreeJoint& j = model.parts[at].joint;
@@ -507,6 +507,32 @@ FLEXFRAME_INLINE void solve_cluster(const Model& model, int cluster, W& work) {
   for (int k = 0; k < nd; ++k) work.wdot[c.v0 + cw.partition.dep[k]] = cw.gamma[k] + (ni > 0 ? cw.E.row(k).dot(a) : 0.0);
 }
 
+// Whether motions drive rigid parts on ground only, and nothing but links hangs on these: a rotor.
+bool feeds_at_root(const Model& model, const Carrying& carries) {
+  for (size_t k = 0; k < model.clusters.size(); ++k) {
+    const Cluster& c = model.clusters[k];
+    const bool on_ground = c.parent == ground;
+    if (carries.follows[k] && (!on_ground || c.parts.size() != 1 || has_closure(c) || carries.moves[c.parts.front()])) return false;
+    if (!carries.follows[k] && !on_ground && !carries.moves[c.parent] && !carries.link[k]) return false;
+  }
+  return true;
+}
+
+// Power that motions feed in where they all drive such parts: that of the wrench which such a part needs, or a link on one, on what moves
+// it while the link's own rate rests. Others take nothing.
+template <class W>
+FLEXFRAME_INLINE double root_power(const Model& model, int cluster, const W& work) {
+  const Cluster& c = model.clusters[cluster];
+  const Part& part = model.parts[c.parts.front()];
+  const auto& p = work.parts[c.parts.front()];
+  if (part.joint.motion >= 0) return work.motion[part.joint.motion].rate * p.driven.dot(p.fr);
+  if (c.parent == ground || work.carrying.moves[c.parent]) return 0.0;
+  const int motion = model.parts[c.parent].joint.motion;
+  if (motion < 0) return 0.0;
+  const typename W::In::Twist V = to_child(p.in_carrier, work.parts[c.parent].driven);
+  return work.motion[motion].rate * V.dot(p.fr + p.Mrr.lazyProduct(p.A - p.own));
+}
+
 template <class W>
 FLEXFRAME_INLINE void assemble(const Model& model, int cluster, W& work) {
   work.clusters[cluster].whole = true;
@@ -528,12 +554,17 @@ FLEXFRAME_INLINE void accelerate(const Model& model, W& work, bool rates_alone) 
   const Carrying& carries = work.carrying;
   const int clusters = static_cast<int>(model.clusters.size());
   way.assign(model.clusters.size(), By::matrix);
+  // Then nobody asks for the parts' accelerations.
+  bool felt = rates_alone && carries.driven && feeds_at_root(model, carries);
   for (int k = clusters; k-- > 0;) {
     const int carrier = model.clusters[k].parent;
     const bool weighs = carrier != ground && carries.moves[carrier];
     if (is_link(carries, k, work.clusters[k]) && reduce_link(model, k, weighs, work)) {
       way[k] = By::link;
-    } else if (rates_alone && !weighs && has_few_rates(k, work)) {
+      continue;
+    }
+    felt = felt && (weighs || carrier == ground) && work.clusters[k].carried == 0;
+    if (rates_alone && !weighs && has_few_rates(k, work)) {
       way[k] = By::few;
     } else if (rates_alone && !weighs && prefers_reduced(model, k, work)) {
       way[k] = By::reduced;
@@ -555,8 +586,13 @@ FLEXFRAME_INLINE void accelerate(const Model& model, W& work, bool rates_alone) 
       solve_cluster(model, k, work);
     }
     // Of the parts themselves only the power of motions asks, and what hangs on them.
-    const bool asked = carries.driven && !(clusters == 1 && work.clusters[k].fed_known);
+    const bool asked = carries.driven && !felt && !(clusters == 1 && work.clusters[k].fed_known);
     if (!rates_alone || asked || k + 1 < clusters) update_cluster_accelerations(model, k, work);
+  }
+  for (int k = 0; carries.driven && k < clusters; ++k) {
+    ClusterWork& cw = work.clusters[k];
+    if (felt) cw.fed = root_power(model, k, work);
+    if (felt || way[k] == By::link) cw.fed_known = felt;
   }
 }
 

@@ -51,6 +51,7 @@ struct Moved {
   PerRate<S, Fours> twists;
   typename S::Twist made;
   typename S::Twist driven;  // its twist while all independent rates rest and prescribed motions go on
+  bool follows = false;      // none of these is needed (mark_followers)
 };
 
 template <class W, int Fours>
@@ -185,6 +186,33 @@ struct FewRates {
     }
   }
 
+  // Marks rigid parts on ground that carry nothing and move by one dependent rate alone: pistons, sliders.
+  FLEXFRAME_INLINE void mark_followers(std::vector<Moved<S, Fours>>& moved) const {
+    for (int i : c.parts) {
+      const Part& part = model.parts[i];
+      const bool inside = hangs_inside(model, i);
+      if (inside) moved[part.parent].follows = false;
+      moved[i].follows =
+          !inside && part.parent == ground && part.joint.nv == 1 && part.body.n == 0 && part.joint.motion < 0 && place[part.v0 - c.v0] < 0;
+    }
+  }
+  // move, add_part and feed of such a one: its inertia and its force along that rate are numbers.
+  FLEXFRAME_INLINE void add_follower(int i) {
+    const auto& p = work.parts[i];
+    const int d = -1 - place[model.parts[i].v0 - c.v0];
+    const Twist twist = column(p.Hj, 0), momentum = p.Mrr.lazyProduct(twist);
+    const double inertia = momentum.dot(twist), force = twist.dot(p.fr) + inertia * cw.gamma[d] - p.tau[0];
+    const Four* const e = dependent[d];
+    for (int f = 0; f < Fours; ++f) four(h + 4 * f).v -= e[f] * force;
+    for (int j = 0; j < rates; ++j) {
+      const double factor = inertia * reinterpret_cast<const double*>(e)[j];
+      for (int f = j / 4; f < Fours; ++f) four(D + j * padded + 4 * f).v += e[f] * factor;
+    }
+    if (!driven) return;
+    power += cw.e0[d] * force;
+    for (int f = 0; f < Fours; ++f) per_rate[f] += e[f] * (inertia * cw.e0[d]);
+  }
+
   // T^T M T and -T^T f of a part.
   FLEXFRAME_INLINE void add_part(int i, const Moved<S, Fours>& at) {
     const Part& part = model.parts[i];
@@ -274,10 +302,13 @@ struct FewRates {
     list_rates();
     std::fill_n(D, padded * padded, 0.0);
     std::fill_n(h, padded, 0.0);
-    for (int i : c.parts) move(i, moved);
+    mark_followers(moved);
+    for (int i : c.parts)
+      if (!moved[i].follows) move(i, moved);
     for (int i : c.parts)
       if (work.carrying.moves[i]) {
         if (stands_alone(i)) add_alone(i);
+        else if (moved[i].follows) add_follower(i);
         else add_part(i, moved[i]);
       } else if (driven) {
         const auto& p = work.parts[i];

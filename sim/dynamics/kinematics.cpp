@@ -151,28 +151,39 @@ FLEXFRAME_INLINE Mat3 by_powers(const Vec3& theta, double x, double y) {
   return out;
 }
 
+// Whether an undeformed frame has the axes of its body.
+FLEXFRAME_INLINE bool has_body_axes(const FrameWork& fw) {
+  const double* const R = fw.rest_axes.data();
+  for (int k = 0; k < 9; ++k)
+    if (R[k] != (k % 4 == 0 ? 1.0 : 0.0)) return false;
+  return true;
+}
+
 // Node: r = origin + phi q + 1/2 q phi2 q,  R = exp(psi q) R0. N as in sized.h.
 template <int N>
 FLEXFRAME_INLINE void pose_frame(const FlexibleNode& node, const Pose& offset, const VecX& q, FrameWork& fw) {
   fw.theta = combine_sized<N>(node.psi, q);
   fw.series = RotationSeries(fw.theta.squaredNorm());
-  Mat3 R;
-  R.noalias() = by_powers(fw.theta, fw.series.s, fw.series.b) * node.rotation;
+  const Mat3 turned = by_powers(fw.theta, fw.series.s, fw.series.b);
   Vec3 at = node.origin + combine_sized<N>(node.phi, q);
   for (int a = 0; a < 3; ++a) {
     if (node.phi2[a].size() == 0) continue;
     multiply_sized<N>(node.phi2[a], q.data(), &fw.phi2q(0, a));
     at[a] += 0.5 * component_of<N>(fw.phi2q, a).dot(sized<N>(q));
   }
-  fw.pose.R.noalias() = R * offset.R;
-  fw.pose.p = at + R * offset.p;
+  // Most frames have the body's axes at rest, and stand at their node.
+  if (has_body_axes(fw)) fw.pose.R = turned;
+  else fw.pose.R.noalias() = (turned * node.rotation).eval() * offset.R;
+  fw.pose.p = at;
+  if (!offset.p.isZero(0.0)) fw.pose.p += turned * (node.rotation * offset.p);
 }
 
 template <int N>
 FLEXFRAME_INLINE void fill_jacobian(const FlexibleNode& node, const Pose& offset, FrameWork& fw) {
   const Mat3 Rt = fw.pose.R.transpose();
   // right_jacobian of theta.
-  const Mat3 Jr = fw.rest_axes * by_powers(fw.theta, -fw.series.b, fw.series.c);
+  Mat3 Jr = by_powers(fw.theta, -fw.series.b, fw.series.c);
+  if (!has_body_axes(fw)) Jr = (fw.rest_axes * Jr).eval();
   const bool arm = !offset.p.isZero(0.0);
   const Mat3 A = arm ? Mat3(skew(Vec3(offset.R.transpose() * offset.p)) * Jr) : Mat3(Mat3::Zero());
   const bool second = fw.phi2q.size() > 0;
@@ -230,15 +241,12 @@ FLEXFRAME_INLINE void fill_jacobian(const PlaneFrame& f, FrameMotion<Plane>& fm)
   }
 }
 
-}  // namespace
-
-void update_frame_pose(const Model& model, int frame, Work& work) {
+FLEXFRAME_INLINE void set_frame_pose(const Model& model, int frame, Work& work) {
   FrameWork& fw = work.frames[frame];
-  if (!fw.flexible) return;
   const FramePoint& f = model.frames[frame];
   const FlexibleNode& node = kinetics(model, work, f.part).nodes[f.node];
   const VecX& q = work.parts[f.part].q;
-  by_count(
+  by_larger_count(
       q.size(), [&](auto n) __attribute__((always_inline)) { pose_frame<n()>(node, f.offset, q, fw); });
   if (node.along.size() == 0) return;
   const int across = kinetics(model, work, f.part).rod->towards;
@@ -247,21 +255,19 @@ void update_frame_pose(const Model& model, int frame, Work& work) {
   fw.pose.p[across] += beyond[1];
 }
 
-void update_frame_jacobian(const Model& model, int frame, Work& work) {
+FLEXFRAME_INLINE void set_frame_jacobian(const Model& model, int frame, Work& work) {
   FrameWork& fw = work.frames[frame];
-  if (!fw.flexible) return;
   const FramePoint& f = model.frames[frame];
   const FlexibleNode& node = kinetics(model, work, f.part).nodes[f.node];
-  by_count(
+  by_larger_count(
       fw.B.cols(), [&](auto n) __attribute__((always_inline)) { fill_jacobian<n()>(node, f.offset, fw); });
 }
 
-void update_frame_pose(const Model& model, int frame, PlaneWork& work) {
+FLEXFRAME_INLINE void set_frame_pose(const Model& model, int frame, PlaneWork& work) {
   FrameMotion<Plane>& fm = work.frames[frame];
-  if (!fm.flexible) return;
   const PlaneFrame& f = work.plane.frame_constants[frame];
   const VecX& q = work.parts[model.frames[frame].part].q;
-  by_count(
+  by_larger_count(
       q.size(), [&](auto n) __attribute__((always_inline)) { pose_frame<n()>(f, q, fm); });
   const PlaneNode& node = f.node;
   if (node.along.size() == 0) return;
@@ -269,12 +275,30 @@ void update_frame_pose(const Model& model, int frame, PlaneWork& work) {
   fm.phi2q = (fm.phi2q * node.rod_axes.transpose()).eval();
 }
 
-void update_frame_jacobian(const Model&, int frame, PlaneWork& work) {
+FLEXFRAME_INLINE void set_frame_jacobian(const Model&, int frame, PlaneWork& work) {
   FrameMotion<Plane>& fm = work.frames[frame];
-  if (!fm.flexible) return;
   const PlaneFrame& f = work.plane.frame_constants[frame];
-  by_count(
+  by_larger_count(
       fm.B.rows(), [&](auto n) __attribute__((always_inline)) { fill_jacobian<n()>(f, fm); });
+}
+FLEXFRAME_WIDE void wide_frame_pose(const Model& model, int frame, Work& work) { set_frame_pose(model, frame, work); }
+FLEXFRAME_WIDE void wide_frame_pose(const Model& model, int frame, PlaneWork& work) { set_frame_pose(model, frame, work); }
+FLEXFRAME_WIDE void wide_frame_jacobian(const Model& model, int frame, Work& work) { set_frame_jacobian(model, frame, work); }
+FLEXFRAME_WIDE void wide_frame_jacobian(const Model& model, int frame, PlaneWork& work) { set_frame_jacobian(model, frame, work); }
+
+}  // namespace
+
+void update_frame_pose(const Model& model, int frame, Work& work) {
+  if (work.frames[frame].flexible) wide_frame_pose(model, frame, work);
+}
+void update_frame_pose(const Model& model, int frame, PlaneWork& work) {
+  if (work.frames[frame].flexible) wide_frame_pose(model, frame, work);
+}
+void update_frame_jacobian(const Model& model, int frame, Work& work) {
+  if (work.frames[frame].flexible) wide_frame_jacobian(model, frame, work);
+}
+void update_frame_jacobian(const Model& model, int frame, PlaneWork& work) {
+  if (work.frames[frame].flexible) wide_frame_jacobian(model, frame, work);
 }
 
 template <class W>
@@ -318,7 +342,8 @@ Vec2 rod_second(const Model& model, int frame, PlaneWork& work) {
 Vec3 turning_rate(const Model& model, int frame, const Work& work) {
   const FrameWork& fw = work.frames[frame];
   const VecX& qd = work.parts[model.frames[frame].part].qd;
-  return fw.rest_axes * right_jacobian_rate(fw.theta, combine(node_of(model, frame, work).psi, qd), fw.series);
+  const Vec3 rate = right_jacobian_rate(fw.theta, combine(node_of(model, frame, work).psi, qd), fw.series);
+  return has_body_axes(fw) ? rate : Vec3(fw.rest_axes * rate);
 }
 double turning_rate(const Model&, int, const PlaneWork&) { return 0.0; }
 Vec3 frame_arm(const Model& model, int frame, const Work&) {
@@ -340,7 +365,7 @@ FLEXFRAME_INLINE void finish_frame_velocity(const Model& model, int frame, W& wo
   // dB/dt qd: the displacement's second-order part and the rotation's, and the turning of the frame's axes.
   typename S::Linear second;
   const VecX& qd = work.parts[model.frames[frame].part].qd;
-  by_count(
+  by_larger_count(
       qd.size(), [&](auto n) __attribute__((always_inline)) { second = second_order<n()>(node_of(model, frame, work), qd, fw); });
   if (node_of(model, frame, work).along.size() > 0) second += rod_second(model, frame, work);
   const typename S::Linear arm = frame_arm(model, frame, work);
@@ -350,10 +375,8 @@ FLEXFRAME_INLINE void finish_frame_velocity(const Model& model, int frame, W& wo
   fw.bias = joined(turn_back(fw.pose, second) - cross(omega, node_rate) + cross(alpha, arm), alpha) - bracket(fw.W, fw.V);
 }
 
-}  // namespace
-
 template <class W>
-void update_frame_velocity(const Model& model, int frame, W& work) {
+FLEXFRAME_INLINE void set_frame_velocity(const Model& model, int frame, W& work) {
   auto& fw = work.frames[frame];
   const int part = model.frames[frame].part;
   if (part == ground) {
@@ -366,6 +389,15 @@ void update_frame_velocity(const Model& model, int frame, W& work) {
     fw.W = combine_few(fw.B, work.parts[part].qd);
     finish_frame_velocity(model, frame, work);
   }
+}
+FLEXFRAME_WIDE void wide_frame_velocity(const Model& model, int frame, Work& work) { set_frame_velocity(model, frame, work); }
+FLEXFRAME_WIDE void wide_frame_velocity(const Model& model, int frame, PlaneWork& work) { set_frame_velocity(model, frame, work); }
+
+}  // namespace
+
+template <class W>
+void update_frame_velocity(const Model& model, int frame, W& work) {
+  wide_frame_velocity(model, frame, work);
 }
 
 template <class W>

@@ -268,8 +268,12 @@ FLEXFRAME_WIDE double wide_power(const Model& model, const PlaneWork& work) { re
 
 template <class W>
 double motion_power(const Model& model, const W& work) {
-  if (work.clusters.size() == 1 && work.clusters.front().fed_known) return work.clusters.front().fed;
-  return wide_power(model, work);
+  double fed = 0.0;
+  for (const ClusterWork& cw : work.clusters) {
+    if (!cw.fed_known) return wide_power(model, work);
+    fed += cw.fed;
+  }
+  return fed;
 }
 
 #define FLEXFRAME_FOR(W)                                               \

@@ -33,12 +33,12 @@ Histories histories(const Scene& scene, double tolerance, Method method) {
 double error(const Histories& h, const Histories& reference) { return compare_histories(h, reference, output_ranges(reference)).largest; }
 
 // Free vibrations of eight modes through a whole fall: the error falls with the tolerance, for a tenth of the evaluations of the
-// sixth-order method.
+// sixth-order method. Their number scatters by a twentieth with rounding: it is counted where a tenth is not within that.
 TEST(Exponential, FollowsVibrationsOfAPendulum) {
   Scene scene = example("pendulum");
   keep(scene, "pendulum", 8);
   const Histories reference = histories(scene, 1e-10, Method::erk), sixth = histories(scene, 1e-6, Method::erk);
-  const Histories loose = histories(scene, 1e-5, Method::exponential), tight = histories(scene, 1e-7, Method::exponential),
+  const Histories loose = histories(scene, 1e-5, Method::exponential), tight = histories(scene, 2e-7, Method::exponential),
                   tightest = histories(scene, 1e-9, Method::exponential);
   EXPECT_LT(error(loose, reference), 1e-2);
   EXPECT_LT(error(tight, reference), 1e-3);

@@ -80,6 +80,22 @@ TEST(FewRatesOnARotor, AreCarried) {
                           "carried.toml"));
 }
 
+// In space two parts on ground, held `length` apart, one of which follows the other: a slider on a spring beside a crank.
+std::string crank_and_slider(const std::string& motion) {
+  return head(1.0, Vec3(0, 0, -9.81)) + rod("crank") + rod("slider") +
+         "[[body]]\nname = \"bob\"\nkind = \"rigid\"\nmass = 0.3\ninertia = [0.01, 0.02, 0.03]\ncentre_of_mass = [0.1, 0, 0.05]\n" +
+         joint("shaft", "revolute", "ground", "crank", "axis = [0, 0, 1]\n" + motion) +
+         joint("hinge", "revolute", "crank.tip", "bob", "axis = [0, 1, 0]") +
+         joint("guide", "prismatic", "ground", "slider",
+               "axis = [1, 0, 0.4]\nspring = { stiffness = 50, damping = 3 }\ninitial = { guess = 2 }") +
+         joint("bar", "distance", "bob", "slider.tip", "length = 2.5");
+}
+TEST(FewRatesInSpace, FollowOnGround) {
+  System system = make_system(parse_scene(crank_and_slider(""), "follower.toml"));
+  ASSERT_FALSE(system.plane);
+  expect_same(parse_scene(crank_and_slider(""), "follower.toml"));
+}
+
 // What loads and prescribed motions feed in less what is lost, against the rate at which the energy of the bodies changes: its difference
 // along the motion.
 void expect_balance(const Scene& scene, double t, double least_power) {
@@ -115,8 +131,27 @@ TEST(MotionPower, OfARotorThatCarriesABob) {
                           joint("ball", "spherical", "rotor.tip", "bob.tip", "");
   expect_balance(parse_scene(bob, "carried.toml"), 0.1, 1e-3);
 }
-// By the accelerations of the parts: clusters that carry one another, flexible with many coordinates.
+TEST(MotionPower, OfALoopInSpace) {
+  expect_balance(parse_scene(crank_and_slider("motion = \"0.2 + 3*t + sin(2*t)\""), "follower.toml"), 0.1, 1e-3);
+}
+// By the wrenches on the rotor: of links, of what hangs on these, a flexible body with many coordinates among them.
+TEST(MotionPower, OfARotorThatCarriesLinks) {
+  const std::string links = head(1.0, Vec3(0, 0, -9.81)) + rod("rotor") + rod("arm") + rod("hand") + rod("other") +
+                            joint("spin", "revolute", "ground", "rotor", "axis = [0, 0, 1]\nmotion = \"3*t + sin(2*t)\"") +
+                            joint("flap", "revolute", "rotor.tip", "arm", "axis = [0, 1, 0]\nspring = { stiffness = 5, damping = 0.3 }") +
+                            joint("wrist", "revolute", "arm.tip", "hand", "axis = [0, 0, 1]") +
+                            joint("back", "revolute", "rotor", "other", "axis = [0, 1, 1]");
+  expect_balance(parse_scene(links, "links.toml"), 0.1, 1e-3);
+}
 TEST(MotionPower, OfABlade) { expect_balance(read_scene(std::string(FLEXFRAME_SOURCE_DIR) + "/examples/beams/blade.toml"), 6.0, 1e-3); }
+// By the accelerations of the parts: clusters that carry one another; a drive on what moves.
+TEST(MotionPower, OfADriveOnWhatMoves) {
+  const std::string driven = head(1.0, Vec3(0, -9.81, 0)) + rod("arm") + rod("hand") + rod("finger") +
+                             joint("shoulder", "revolute", "ground", "arm", "axis = [0, 0, 1]") +
+                             joint("elbow", "revolute", "arm.tip", "hand", "axis = [0, 0, 1]\nmotion = \"3*t + sin(2*t)\"") +
+                             joint("knuckle", "revolute", "hand.tip", "finger", "axis = [0, 0, 1]");
+  expect_balance(parse_scene(driven, "driven.toml"), 0.1, 1e-3);
+}
 // Deformation closes the loop: a beam held at both ends on a carriage.
 TEST(MotionPower, WhereDeformationClosesALoop) {
   const std::string held = R"(
