@@ -3,6 +3,7 @@
 #include "sim/base/four.h"
 #include "sim/base/sized.h"
 #include "sim/dynamics/kinematics.h"
+#include "sim/dynamics/places.h"
 #include "sim/dynamics/velocities.h"
 #include "sim/scene/joint_kinds.h"
 #include "sim/scene/table.h"
@@ -891,8 +892,9 @@ void move_dependent(const Model& model, int cluster, W& work) {
   }
 }
 
+// rates: what closes the loops' rates is wanted as well.
 template <class W>
-FLEXFRAME_INLINE void close_loops(const Model& model, int cluster, W& work) {
+FLEXFRAME_INLINE void close_loops(const Model& model, int cluster, W& work, bool rates) {
   const Cluster& c = model.clusters[cluster];
   ClusterWork& cw = work.clusters[cluster];
   update_cluster_frames(model, cluster, work);
@@ -904,7 +906,7 @@ FLEXFRAME_INLINE void close_loops(const Model& model, int cluster, W& work) {
     for (int f : c.frames) update_frame_jacobian(model, f, work);
   };
   if (nd == 0) {
-    update_jacobians();
+    if (rates) update_jacobians();
     return;
   }
   // Deformations that close a loop move the frames in their bodies as well.
@@ -923,7 +925,7 @@ FLEXFRAME_INLINE void close_loops(const Model& model, int cluster, W& work) {
     const double open = closure_residual(model, work, cluster, loops, cw.res);
     if (!fresh) {
       // Closed as it stands: nothing will move, and what the end needs is made at once.
-      whole = open <= closed * c.size;
+      whole = rates && open <= closed * c.size;
       if (elastic || whole) update_jacobians();
       factorise_closure(model, cluster, work, {whole, elastic || whole});
       fresh = true;
@@ -960,20 +962,27 @@ FLEXFRAME_INLINE void close_loops(const Model& model, int cluster, W& work) {
     if (size > 1e-3 * std::min(last, c.size)) fresh = false;
     last = size;
   }
-  if (!whole) {
+  if (rates && !whole) {
     update_jacobians();
     factorise_closure(model, cluster, work, {true, true});
   }
 }
 
-FLEXFRAME_WIDE void wide_close_loops(const Model& model, int cluster, Work& work) { close_loops(model, cluster, work); }
-FLEXFRAME_WIDE void wide_close_loops(const Model& model, int cluster, PlaneWork& work) { close_loops(model, cluster, work); }
+FLEXFRAME_WIDE void wide_close_loops(const Model& model, int cluster, Work& work, bool rates) { close_loops(model, cluster, work, rates); }
+FLEXFRAME_WIDE void wide_close_loops(const Model& model, int cluster, PlaneWork& work, bool rates) {
+  close_loops(model, cluster, work, rates);
+}
 
 }  // namespace
 
 template <class W>
 void close_positions(const Model& model, int cluster, W& work) {
-  wide_close_loops(model, cluster, work);
+  wide_close_loops(model, cluster, work, true);
+}
+
+template <class W>
+void close_places(const Model& model, int cluster, W& work) {
+  wide_close_loops(model, cluster, work, false);
 }
 
 template <class W>
@@ -1144,6 +1153,7 @@ double partition_growth(const Model& model, int cluster, const Work& work) {
   template void update_closure_matrix(const Model&, int, W&);                                                   \
   template void update_closure_rates(const Model&, int, W&);                                                    \
   template void close_positions(const Model&, int, W&);                                                         \
+  template void close_places(const Model&, int, W&);                                                            \
   template void close_velocities(const Model&, int, W&);                                                        \
   template void close_velocities_alone(const Model&, int, W&);                                                  \
   template void require_closed(const Model&, int, W&);                                                          \

@@ -8,6 +8,7 @@
 #include "sim/dynamics/flexures.h"
 #include "sim/dynamics/kinematics.h"
 #include "sim/dynamics/loads.h"
+#include "sim/dynamics/places.h"
 #include "sim/dynamics/reduced_mass.h"
 #include "sim/dynamics/velocities.h"
 
@@ -386,15 +387,31 @@ void update_expressions(Model& model, double t, Work& work) {
     if (load.expression >= 0 && !load.table) work.expression_rate[load.expression] = model.expressions[load.expression].jet(t).rate;
 }
 
+namespace {
+
+// rates: what closes those of loops too.
 template <class W>
-void update_positions(const Model& model, W& work, bool elastic_masses) {
+void place_clusters(const Model& model, W& work, bool rates) {
   for (size_t c = 0; c < model.clusters.size(); ++c) {
     const int cluster = static_cast<int>(c);
     // A link has nothing to close and nothing that deforms.
     if (is_link(work.carrying, cluster, work.clusters[c])) update_cluster_chain(model, cluster, work);
-    else close_positions(model, cluster, work);
+    else if (rates) close_positions(model, cluster, work);
+    else close_places(model, cluster, work);
     update_cluster_world(model, cluster, work);
   }
+}
+
+}  // namespace
+
+template <class W>
+void update_places(const Model& model, W& work) {
+  place_clusters(model, work, false);
+}
+
+template <class W>
+void update_positions(const Model& model, W& work, bool elastic_masses) {
+  place_clusters(model, work, true);
   // Of rigid parts it never changes (reserve).
   for (size_t i = 0; i < model.parts.size(); ++i)
     if (model.parts[i].body.n > 0)
@@ -670,6 +687,7 @@ Energy energy_of_motion(const Model& model, const W& work) {
 }
 
 #define FLEXFRAME_FOR(W)                                      \
+  template void update_places(const Model&, W&);              \
   template void update_positions(const Model&, W&, bool);     \
   template void update_velocities(const Model&, W&);          \
   template void update_velocities_alone(const Model&, W&);    \

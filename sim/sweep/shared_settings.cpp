@@ -14,6 +14,7 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
+#include <utility>
 
 #include <unistd.h>
 
@@ -270,21 +271,32 @@ void Finder::make_cheaper() {
       return looser <= loosest;
     });
   };
+  const auto of_beams = [](Scene& scene, const std::function<void(BeamDef&)>& change) {
+    for (BodyDef& body : scene.bodies)
+      if (auto* beam = std::get_if<BeamDef>(&body.kind)) change(*beam);
+  };
+  // First of all: besides modes these shapes add coordinates, and stiff ones, which a loose accuracy hardly sees.
+  take_cheaper([&](Scene& scene) {
+    bool any = false;
+    of_beams(scene, [&](BeamDef& beam) { any = any || beam.keep_inertia, beam.keep_inertia = false; });
+    return any;
+  });
   loosen(10.0);
   for (std::size_t b = 0; b < chosen_.bodies.size(); ++b) {
     if (!std::holds_alternative<BeamDef>(chosen_.bodies[b].kind)) continue;
     const auto beam = [b](Scene& scene) -> BeamDef& { return std::get<BeamDef>(scene.bodies[b].kind); };
-    const auto lower = [&](std::optional<int> BeamDef::*count) {
+    take_cheaper([&](Scene& scene) { return std::exchange(beam(scene).keep_inertia, false); });
+    const auto lower = [&](std::optional<int> BeamDef::*count, int least) {
       take_cheaper([&](Scene& scene) {
         std::optional<int>& modes = beam(scene).*count;
-        if (!modes || *modes <= 1) return false;
-        modes = fewer(*modes, 1);
+        if (!modes || *modes <= least) return false;
+        modes = fewer(*modes, least);
         return true;
       });
     };
-    lower(&BeamDef::keep_modes);
-    lower(&BeamDef::keep_axial);
-    lower(&BeamDef::keep_torsion);
+    lower(&BeamDef::keep_modes, 1);
+    lower(&BeamDef::keep_axial, 0);
+    lower(&BeamDef::keep_torsion, 0);
     // Behind modes three elements each at least (accuracy_search.h).
     take_cheaper([&](Scene& scene) {
       BeamDef& of = beam(scene);

@@ -1,6 +1,5 @@
 #include "sim/time/exponential.h"
 
-#include "sim/base/sine_cosine.h"
 #include "sim/time/power_series.h"
 
 #include <algorithm>
@@ -465,58 +464,6 @@ bool ExponentialSolver::find_end(const VecX& centre, const VecX& slope, const Ve
   return end.allFinite();
 }
 
-namespace {
-
-// u'' + f^2 u = g (2 x^2 - x) + gq (4 x - 1) / h over x = t / h, u = 0 and u' = v + gq (2 x^2 - x), v = 0 at 0: u and v at x.
-struct Driven {
-  double u, v;
-};
-
-Driven driven(double f, double h, double g, double gq, double x) {
-  const double ramp = 2.0 * x * x - x;
-  if (f * h < 1.0) {
-    // A series: where little turns, the closed form loses its digits.
-    const double square = f * f * h * h, loads[3] = {-gq * h, 4.0 * gq * h - g * h * h, 2.0 * g * h * h};
-    double c[14] = {0.0, 0.0}, u = 0.0, du = 0.0, power = 1.0;
-    for (int k = 0; k + 2 < 14; ++k) c[k + 2] = ((k < 3 ? loads[k] : 0.0) - square * c[k]) / ((k + 1.0) * (k + 2.0));
-    for (int k = 1; k < 14; ++k) {
-      du += k * c[k] * power;
-      power *= x;
-      u += c[k] * power;
-    }
-    return {u, du / h - gq * ramp};
-  }
-  const double f2 = f * f, c = 2.0 * g / f2, b = (4.0 * gq / h - g) / f2, a = -(gq / h + 2.0 * c / (h * h)) / f2, sine = -b / (h * f);
-  double sin = 0.0, cos = 0.0;
-  sine_cosine(f * h * x, sin, cos);
-  return {a + b * x + c * x * x - a * cos + sine * sin, (b + 2.0 * c * x) / h + f * (a * sin + sine * cos) - gq * ramp};
-}
-
-}  // namespace
-
-// What a remainder that is `change` (2 theta^2 - theta) more makes of the state, from a step's beginning on.
-ExponentialSolver::Correction ExponentialSolver::correction_by(const LinearModel& m, const VecX& change) const {
-  return {change, m.modes.gauges * change.segment(nq_, nw_), m.modes.gauges * m.directions(change.head(nq_))};
-}
-
-void ExponentialSolver::add_correction(const LinearModel& m, const Correction& by, double h, double theta, VecX& y) const {
-  const auto& [change, w, p] = by;
-  const Eigen::Index tail = problem_.size - nq_ - nw_;
-  const double once = h * theta * theta * (2.0 * theta / 3.0 - 0.5), twice = h * h * theta * theta * theta * (theta - 1.0) / 6.0;
-  y.head(nq_) += once * change.head(nq_);
-  y.tail(tail) += once * change.tail(tail);
-  VecX u(nw_), v(nw_);
-  for (Eigen::Index k = 0; k < nw_; ++k) {
-    // What is no vibration is carried along.
-    const Driven d = m.modes.frequencies[k] > 0.0 ? driven(m.modes.frequencies[k], h, w[k], p[k], theta)
-                                                  : Driven{twice * w[k] + once * p[k], once * w[k]};
-    // p moves by what its coordinates' own remainder moves already.
-    u[k] = d.u - once * p[k], v[k] = d.v;
-  }
-  y.segment(nq_, nw_) += m.modes.shapes * v;
-  y.head(nq_) += m.coordinates(m.modes.shapes * u);
-}
-
 // The end with what its remainder, `change` more than predicted, makes of it; false where the closed form leaves out what counts: how the
 // rates' matrix acts on it, and that of the deflections as far as it is none of the vibrations'.
 bool ExponentialSolver::correct_end(const VecX& change, double h, const VecX& weight, VecX& end) const {
@@ -715,6 +662,7 @@ double ExponentialSolver::step(double t_stop, VecX& y) {
       }
       std::swap(shaken_, trial_shaken_);
       std::swap(solution_, work_);
+      within_.made = false;
       turning_ = turning_span(h);
       span_ = last_step = h;
       if (h >= h_ || factor < 1.0) h_ = h * factor;  // a step cut short by the end says little about longer ones
@@ -725,17 +673,6 @@ double ExponentialSolver::step(double t_stop, VecX& y) {
     if (++failures >= looked_at_ && 3 * failures > steps && rounding_.size() == 0) look_at_rounding();
     h_ = h * std::min(factor, 0.9);
   }
-}
-
-void ExponentialSolver::interpolate(double t, VecX& y) const {
-  const double s = t - previous_;
-  if (changed_.size() == 0) {
-    evaluate_solution(model_, begin_, {d_, span_}, solution_, s, y);
-    add_shaken(model_, shaken_, s, y);
-    return;
-  }
-  evaluate_solution(model_, begin_, {solved_, span_}, solution_, s, y);
-  add_correction(model_, correction_, span_, s / span_, y);
 }
 
 }  // namespace flexframe::sim

@@ -46,6 +46,11 @@ class ExponentialSolver {
   long steps = 0, failures = 0, jacobians = 0;
   double last_step = 0.0;
 
+  // Amount of a mode that a correction drives: a + b x + c x^2 - a cos + sine sin, of the angle that the mode turns by.
+  struct ClosedForm {
+    double a, b, c, sine;
+  };
+
  private:
   // y' = rates + J (y - state) about a state; J by parts: w' by (A + (t - time) A1) P dq + B dw, q' by T dw.
   struct LinearModel {
@@ -124,6 +129,25 @@ class ExponentialSolver {
   };
   Correction correction_by(const LinearModel& model, const VecX& change) const;
   void add_correction(const LinearModel& model, const Correction& by, double h, double theta, VecX& y) const;
+  // What states within the last step have in common, made where the first is asked for.
+  struct Within {
+    bool made = false;
+    MatX powers;             // state as far as it is a polynomial of the share of the step: size x 4
+    MatX shapes, moves;      // w and q by amounts
+    MatX correction_moves;   // q by those of the correction, where the others are no modes
+    Eigen::Index rows = 0;   // as of Amounts
+    size_t piece = 0;        // where the last state was
+    VecX z, corrected, out;  // room for amounts of the series, of the correction ([w; p]), and what they make
+    struct Fast {
+      Eigen::Index at;
+      double frequency;
+      ClosedForm form;
+    };
+    std::vector<Fast> fast;          // modes that turn within the step, driven by the correction
+    std::vector<Eigen::Index> slow;  // the others
+  };
+  void begin_within() const;
+  void correct_within(double theta) const;
   bool find_middle(double h);
   bool find_end(const VecX& centre, const VecX& slope, const VecX& bend, double h, VecX& end);
   bool attempt(double h);
@@ -162,6 +186,7 @@ class ExponentialSolver {
   double turning_ = 0.0;          // s: in which vibrations were taken out last
   Eigen::Index places_ = 0;       // spans between the places where the remainder was sampled last
   Solution solution_, work_;
+  mutable Within within_;
   VecX end_, calm_end_, calm_end_rate_, predicted_;
   mutable VecX probe_;
   double error_ = 0.0;

@@ -88,14 +88,14 @@ struct Coupling {
   std::vector<Backlash> back;
   VecX back_p, back_w;  // integrals of -S S and c c
   Coupling(const Modes& m, const VecX& f, double span, const VecX& z);
-  MatX at(double tau) const {
+  void write(double tau, MatX& K) const {
     const Eigen::Index n = back_p.size();
-    MatX K = constant + tau * slope;
+    K.noalias() = constant + tau * slope;
     for (Eigen::Index k = 0; k < n; ++k) {
-      K(k, n + k) += back[k].at(tau) * back_p[k];
-      K(n + k, k) += back[k].at(tau) * back_w[k];
+      const double by = back[k].at(tau);
+      K(k, n + k) += by * back_p[k];
+      K(n + k, k) += by * back_w[k];
     }
-    return K;
   }
 };
 
@@ -126,20 +126,31 @@ Coupling::Coupling(const Modes& m, const VecX& f, double span, const VecX& z)
   }
 }
 
-}  // namespace
-
-VecX FreeMotion::turned(const VecX& z, double s) const {
-  const Eigen::Index n = frequencies_.size();
-  VecX out(2 * n);
-  for (Eigen::Index k = 0; k < n; ++k) {
-    const double f = frequencies_[k];
-    double sin = 0.0, cos = 0.0;
-    sine_cosine(f * s, sin, cos);
-    out[k] = cos * z[k] + sin / f * z[n + k];
-    out[n + k] = cos * z[n + k] - f * sin * z[k];
+// Turns [p; w] of modes that nothing couples for s seconds.
+class Turn {
+ public:
+  Turn(const VecX& frequencies, double s) : cos_(frequencies.size()), p_(frequencies.size()), w_(frequencies.size()) {
+    for (Eigen::Index k = 0; k < frequencies.size(); ++k) {
+      double sin = 0.0;
+      sine_cosine(frequencies[k] * s, sin, cos_[k]);
+      p_[k] = sin / frequencies[k];
+      w_[k] = frequencies[k] * sin;
+    }
   }
-  return out;
-}
+  void apply(VecX& z) const {
+    const Eigen::Index n = cos_.size();
+    for (Eigen::Index k = 0; k < n; ++k) {
+      const double p = z[k], w = z[n + k];
+      z[k] = cos_[k] * p + p_[k] * w;
+      z[n + k] = cos_[k] * w - w_[k] * p;
+    }
+  }
+
+ private:
+  VecX cos_, p_, w_;
+};
+
+}  // namespace
 
 FreeMotion::FreeMotion(const Modes& m, double tau, double length, int spans, const VecX& z) {
   const Eigen::Index n = m.frequencies.size();
@@ -148,11 +159,14 @@ FreeMotion::FreeMotion(const Modes& m, double tau, double length, int spans, con
   const Coupling coupling(m, frequencies_, span_, z);
   before_.resize(2 * n, spans);
   after_.resize(2 * n, spans);
-  VecX now = turned(z, 0.5 * span_), first(2 * n), second(2 * n), third(2 * n);
+  VecX now = z, first(2 * n), second(2 * n), third(2 * n);
+  Turn(frequencies_, 0.5 * span_).apply(now);
+  const Turn over(frequencies_, span_);
+  MatX K(2 * n, 2 * n);
   for (int k = 0; k < spans; ++k) {
-    if (k > 0) now = turned(now, span_);
+    if (k > 0) over.apply(now);
     before_.col(k) = now;
-    const MatX K = coupling.at(tau + (k + 0.5) * span_);
+    coupling.write(tau + (k + 0.5) * span_, K);
     multiply(K, now.data(), first.data());
     multiply(K, first.data(), second.data());
     now += first + 0.5 * second;
@@ -165,10 +179,25 @@ FreeMotion::FreeMotion(const Modes& m, double tau, double length, int spans, con
   }
 }
 
+void FreeMotion::add(double s, double* p, double* w) const {
+  const auto at = std::clamp(static_cast<Eigen::Index>(s / span_), Eigen::Index{0}, before_.cols() - 1);
+  const double into = std::clamp(s / span_ - static_cast<double>(at), 0.0, 1.0), turning = (into - 0.5) * span_;
+  const Eigen::Index n = frequencies_.size();
+  const double *const before = before_.col(at).data(), *const after = after_.col(at).data();
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const double f = frequencies_[k], zp = before[k] + into * (after[k] - before[k]),
+                 zw = before[n + k] + into * (after[n + k] - before[n + k]);
+    double sin = 0.0, cos = 0.0;
+    sine_cosine(f * turning, sin, cos);
+    p[k] += cos * zp + sin / f * zw;
+    w[k] += cos * zw - f * sin * zp;
+  }
+}
+
 VecX FreeMotion::at(double s) const {
-  const Eigen::Index k = std::clamp(static_cast<Eigen::Index>(s / span_), Eigen::Index{0}, before_.cols() - 1);
-  const double into = std::clamp(s / span_ - static_cast<double>(k), 0.0, 1.0);
-  return turned(before_.col(k) + into * (after_.col(k) - before_.col(k)), (into - 0.5) * span_);
+  VecX out = VecX::Zero(before_.rows());
+  add(s, out.data(), out.data() + frequencies_.size());
+  return out;
 }
 
 namespace {

@@ -17,9 +17,10 @@ class FreeMotion {
   bool empty() const { return before_.cols() == 0; }
   // [p; w] at s seconds after the beginning; not finite where the coupling is too strong for the spans.
   VecX at(double s) const;
+  // The same added to n numbers each.
+  void add(double s, double* p, double* w) const;
 
  private:
-  VecX turned(const VecX& z, double s) const;
   double span_ = 0.0;
   VecX frequencies_;
   MatX before_, after_;  // what does not turn, referred to the middle of each span: before and after its coupling

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 
+#include <cstddef>
 #include <cstring>
 
 namespace flexframe::sim {
@@ -122,14 +123,23 @@ int expand(const PowerSeries& series, int most_terms, double* terms) {
 
 namespace {
 
+// N numbers of every column, kept in registers.
+template <int N>
+FLEXFRAME_INLINE void evaluate_rows(const double* terms, std::ptrdiff_t size, int count, double x, double* out) {
+  double z[N] = {};
+  for (std::ptrdiff_t k = count; k-- > 0;) {
+    const double* const c = terms + k * size;
+    for (int i = 0; i < N; ++i) z[i] = z[i] * x + c[i];
+  }
+  for (int i = 0; i < N; ++i) out[i] = z[i];
+}
+
 FLEXFRAME_WIDE
 void evaluate(const double* terms, int size, int count, double x, double* out) {
-  double* __restrict const z = out;
-  for (int i = 0; i < size; ++i) z[i] = 0.0;
-  for (int k = count; k-- > 0;) {
-    const double* const c = terms + static_cast<Eigen::Index>(k) * size;
-    for (int i = 0; i < size; ++i) z[i] = z[i] * x + c[i];
-  }
+  int i = 0;
+  for (; i + 16 <= size; i += 16) evaluate_rows<16>(terms + i, size, count, x, out + i);
+  for (; i + 4 <= size; i += 4) evaluate_rows<4>(terms + i, size, count, x, out + i);
+  for (; i < size; ++i) evaluate_rows<1>(terms + i, size, count, x, out + i);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include "sim/dynamics/closure.h"
 #include "sim/dynamics/kinematics.h"
+#include "sim/dynamics/places.h"
 #include "sim/dynamics/plane_frames.h"
 #include "sim/dynamics/velocities.h"
 #include "sim/time/unpack.h"
@@ -40,8 +41,12 @@ Energy place_plane_sample(System& system, double t, const double* y, const std::
   unpack_state(system, y);
   update_expressions(system.model, t, system.work);
   PlaneWork work(system.work, *system.plane);
-  update_positions(model, work);
-  if (moving) update_velocities_alone(model, work);
+  if (moving) {
+    update_positions(model, work);
+    update_velocities_alone(model, work);
+  } else {
+    update_places(model, work);
+  }
   place_in_space(model, work, system.work);
   for (const int f : frames) place_frame(model, f, work, system.work);
   place_load_frames(model, system.work);

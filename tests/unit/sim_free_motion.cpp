@@ -194,8 +194,16 @@ TEST(Exponential, SolvesLinearEquationsOverAPopulation) {
     };
     VecX y(2 * n), wanted(2 * n);
     const VecX u0 = VecX::NullaryExpr(n, [&]() { return random(-1.0, 1.0); });
-    VecX u = u0, v = VecX::NullaryExpr(n, [&]() { return random(-1.0, 1.0); }).cwiseProduct(f.cwiseMax(1.0));
-    y << S * u, S * v;
+    const VecX v0 = VecX::NullaryExpr(n, [&]() { return random(-1.0, 1.0); }).cwiseProduct(f.cwiseMax(1.0));
+    VecX weight(2 * n);
+    linear.problem.weights(y.data(), weight.data());
+    const auto off = [&](const VecX& state, double at) {
+      VecX u = u0, v = v0;
+      for (Eigen::Index k = 0; k < n; ++k) closed_form(f[k], d[k], (G * load)[k], at, u[k], v[k]);
+      wanted << S * u, S * v;
+      return std::sqrt((state - wanted).cwiseProduct(weight).squaredNorm() / static_cast<double>(2 * n));
+    };
+    y << S * u0, S * v0;
     ExponentialSolver solver(linear.problem, [&](double, const double* at, double* dy) { return linear.rates(at, dy); });
     solver.restart(0.0, y);
     double t = 0.0;
@@ -204,23 +212,70 @@ TEST(Exponential, SolvesLinearEquationsOverAPopulation) {
         const double before = t;
         t = solver.step(1.0, y);
         VecX inside;
-        solver.interpolate(0.5 * (before + t), inside);
-        EXPECT_TRUE(inside.allFinite());
+        const double middle = 0.5 * (before + t);
+        solver.interpolate(middle, inside);
+        EXPECT_LT(off(inside, middle), 0.1 * static_cast<double>(solver.steps) + 1e-10 / tolerance) << sample << " at " << middle;
       }
     } catch (const SimulationError&) {
       ++refused;
       continue;
     }
-    for (Eigen::Index k = 0; k < n; ++k) closed_form(f[k], d[k], (G * load)[k], 1.0, u[k], v[k]);
-    wanted << S * u, S * v;
-    VecX weight(2 * n);
-    linear.problem.weights(y.data(), weight.data());
-    const double error = std::sqrt((y - wanted).cwiseProduct(weight).squaredNorm() / static_cast<double>(2 * n));
+    const double error = off(y, 1.0);
     // Free vibrations followed apart are told to be right to a twentieth a step; digits are lost at the tightest.
     EXPECT_LT(error, 0.1 * static_cast<double>(solver.steps) + 1e-10 / tolerance)
         << sample << " n " << n << " radians " << radians << " tolerance " << tolerance << " steps " << solver.steps;
   }
   EXPECT_LT(refused, 8);
+}
+
+// Springs that harden, so that every step has a remainder and what it changes at the end: states within it begin and end where it does.
+TEST(Exponential, StatesWithinAStepJoinItsEnds) {
+  Random random{std::mt19937(5)};
+  for (const double radians : {0.5, 5.0, 50.0, 500.0}) {
+    for (const double tolerance : {1e-2, 1e-4, 1e-6, 1e-8}) {
+      constexpr Eigen::Index n = 5;
+      const VecX f = spectrum(random, n, radians).cwiseMax(0.3 * radians);
+      Linear linear(-MatX(f.cwiseAbs2().asDiagonal()), MatX::Zero(n, n), VecX::Constant(n, 0.1 * radians * radians), tolerance);
+      const double hardening = 0.05 * radians * radians;
+      linear.problem.weights = [radians, tolerance](const double*, double* w) {
+        std::fill_n(w, n, 1.0 / tolerance);
+        std::fill_n(w + n, n, 1.0 / (tolerance * radians));
+      };
+      const auto rates = [&](double, const double* at, double* dy) {
+        linear.rates(at, dy);
+        for (Eigen::Index k = 0; k < n; ++k) dy[n + k] -= hardening * at[k] * at[k] * at[(k + 1) % n];
+        return true;
+      };
+      linear.problem.all_derivatives = [&](double, const double* at, MatX& A, MatX& B) {
+        A = linear.A;
+        B = linear.B;
+        for (Eigen::Index k = 0; k < n; ++k) {
+          A(k, k) -= 2.0 * hardening * at[k] * at[(k + 1) % n];
+          A(k, (k + 1) % n) -= hardening * at[k] * at[k];
+        }
+      };
+      ExponentialSolver solver(linear.problem, rates);
+      VecX y = VecX::NullaryExpr(2 * n, [&]() { return random(-1.0, 1.0); }), inside;
+      y.tail(n) *= radians;
+      solver.restart(0.0, y);
+      for (double t = 0.0; t < 1.0 && solver.steps < 200;) {
+        const VecX begin = y;
+        const double before = t;
+        t = solver.step(1.0, y);
+        const auto apart = [&](const VecX& state) {
+          const VecX d = inside - state;
+          return std::max(d.head(n).cwiseAbs().maxCoeff(), d.tail(n).cwiseAbs().maxCoeff() / radians);
+        };
+        // Digits that the series lose: e^x of the radians x that their tolerance lets them cover.
+        const double digits = std::max(1e-9, 1e-3 * tolerance);
+        solver.interpolate(t, inside);
+        EXPECT_LT(apart(y), digits) << radians << " radians, tolerance " << tolerance << ", end of step " << solver.steps;
+        solver.interpolate(before, inside);
+        EXPECT_LT(apart(begin), digits) << radians << " radians, tolerance " << tolerance << ", beginning of step " << solver.steps;
+      }
+      EXPECT_GT(solver.steps, 1);
+    }
+  }
 }
 
 }  // namespace

@@ -1,0 +1,157 @@
+// States within a step of the exponential method: what runs are sampled at. Everything that does not depend on the time is made once a
+// step.
+#include "sim/base/sine_cosine.h"
+#include "sim/base/small_matrices.h"
+#include "sim/time/exponential.h"
+#include "sim/time/power_series.h"
+
+#include <algorithm>
+
+namespace flexframe::sim {
+
+namespace {
+
+// u'' + f^2 u = g (2 x^2 - x) + gq (4 x - 1) / h over x = t / h, u = 0 and u' = v + gq (2 x^2 - x), v = 0 at 0: u and v at x.
+struct Driven {
+  double u, v;
+};
+
+// From so many radians within a step on the closed form keeps its digits.
+constexpr double once_round = 1.0;
+
+ExponentialSolver::ClosedForm closed_form(double f, double h, double g, double gq) {
+  const double f2 = f * f, c = 2.0 * g / f2, b = (4.0 * gq / h - g) / f2, a = -(gq / h + 2.0 * c / (h * h)) / f2, sine = -b / (h * f);
+  return {a, b, c, sine};
+}
+
+Driven at(const ExponentialSolver::ClosedForm& form, double f, double h, double gq, double x) {
+  const auto [a, b, c, sine] = form;
+  double sin = 0.0, cos = 0.0;
+  sine_cosine(f * h * x, sin, cos);
+  return {a + b * x + c * x * x - a * cos + sine * sin, (b + 2.0 * c * x) / h + f * (a * sin + sine * cos) - gq * (2.0 * x * x - x)};
+}
+
+Driven driven(double f, double h, double g, double gq, double x) {
+  if (f * h >= once_round) return at(closed_form(f, h, g, gq), f, h, gq, x);
+  // A series: where little turns, the closed form loses its digits.
+  const double square = f * f * h * h, loads[3] = {-gq * h, 4.0 * gq * h - g * h * h, 2.0 * g * h * h};
+  double c[14] = {0.0, 0.0}, u = 0.0, du = 0.0, power = 1.0;
+  for (int k = 0; k + 2 < 14; ++k) c[k + 2] = ((k < 3 ? loads[k] : 0.0) - square * c[k]) / ((k + 1.0) * (k + 2.0));
+  for (int k = 1; k < 14; ++k) {
+    du += k * c[k] * power;
+    power *= x;
+    u += c[k] * power;
+  }
+  return {u, du / h - gq * (2.0 * x * x - x)};
+}
+
+}  // namespace
+
+// What a remainder that is `change` (2 theta^2 - theta) more makes of the state, from a step's beginning on.
+ExponentialSolver::Correction ExponentialSolver::correction_by(const LinearModel& m, const VecX& change) const {
+  return {change, m.modes.gauges * change.segment(nq_, nw_), m.modes.gauges * m.directions(change.head(nq_))};
+}
+
+void ExponentialSolver::add_correction(const LinearModel& m, const Correction& by, double h, double theta, VecX& y) const {
+  const auto& [change, w, p] = by;
+  const Eigen::Index tail = problem_.size - nq_ - nw_;
+  const double once = h * theta * theta * (2.0 * theta / 3.0 - 0.5), twice = h * h * theta * theta * theta * (theta - 1.0) / 6.0;
+  y.head(nq_) += once * change.head(nq_);
+  y.tail(tail) += once * change.tail(tail);
+  VecX u(nw_), v(nw_);
+  for (Eigen::Index k = 0; k < nw_; ++k) {
+    // What is no vibration is carried along.
+    const Driven d = m.modes.frequencies[k] > 0.0 ? driven(m.modes.frequencies[k], h, w[k], p[k], theta)
+                                                  : Driven{twice * w[k] + once * p[k], once * w[k]};
+    // p moves by what its coordinates' own remainder moves already.
+    u[k] = d.u - once * p[k], v[k] = d.v;
+  }
+  y.segment(nq_, nw_) += m.modes.shapes * v;
+  y.head(nq_) += m.coordinates(m.modes.shapes * u);
+}
+
+// The correction changes the polynomials by h x^2 (2 x / 3 - 1/2) of what it adds to coordinates and quadratures themselves.
+void ExponentialSolver::begin_within() const {
+  const LinearModel& m = model_;
+  Within& w = within_;
+  const MatX& d = changed_.size() > 0 ? solved_ : d_;
+  w.made = true;
+  w.powers.resize(problem_.size, 4);
+  w.powers.col(0) = begin_;
+  for (int k = 0; k < 3; ++k) {
+    VecX part = span_ / (k + 1.0) * d.col(k);
+    if (changed_.size() > 0 && k > 0) part += (k == 1 ? -0.5 : 2.0 / 3.0) * span_ * changed_;
+    w.powers.col(k + 1) = part;
+    // The directions' own part of that is among the amounts.
+    w.powers.col(k + 1).segment(nq_, nw_).setZero();
+    if (nw_ > 0) w.powers.col(k + 1).head(nq_) -= m.coordinates(m.directions(VecX(span_ / (k + 1.0) * d.col(k).head(nq_))));
+  }
+  w.piece = 0;
+  if (nw_ == 0) return;
+  w.rows = solution_.begin.size() / 2;
+  if (!m.plain) w.shapes = m.modes.shapes;
+  w.moves = m.moves;
+  w.z.resize(2 * w.rows);
+  w.out.resize(problem_.size);
+  if (changed_.size() == 0) return;
+  w.corrected.resize(2 * nw_);
+  w.slow.clear();
+  w.fast.clear();
+  for (Eigen::Index k = 0; k < nw_; ++k)
+    if (const double f = m.modes.frequencies[k]; f * span_ < once_round) w.slow.push_back(k);
+    else w.fast.push_back({k, f, closed_form(f, span_, correction_.w[k], correction_.p[k])});
+  if (m.plain) w.correction_moves = m.T.dense() * m.modes.shapes;
+}
+
+// Amounts of the correction: those of w, then those of p beyond what its coordinates' own remainder moves.
+void ExponentialSolver::correct_within(double theta) const {
+  Within& in = within_;
+  const double h = span_, once = h * theta * theta * (2.0 * theta / 3.0 - 0.5), twice = h * h * theta * theta * theta * (theta - 1.0) / 6.0;
+  double *const v = in.corrected.data(), *const u = v + nw_;
+  for (const Eigen::Index k : in.slow) {
+    const double f = model_.modes.frequencies[k], w = correction_.w[k], p = correction_.p[k];
+    const Driven d = f > 0.0 ? driven(f, h, w, p, theta) : Driven{twice * w + once * p, once * w};
+    v[k] = d.v, u[k] = d.u - once * p;
+  }
+  for (const Within::Fast& mode : in.fast) {
+    const Driven d = at(mode.form, mode.frequency, h, correction_.p[mode.at], theta);
+    v[mode.at] = d.v, u[mode.at] = d.u - once * correction_.p[mode.at];
+  }
+}
+
+void ExponentialSolver::interpolate(double t, VecX& y) const {
+  Within& in = within_;
+  if (!in.made) begin_within();
+  const double s = t - previous_, theta = s / span_;
+  y = in.powers.col(0) + theta * (in.powers.col(1) + theta * (in.powers.col(2) + theta * in.powers.col(3)));
+  if (nw_ == 0) return;
+  const LinearModel& m = model_;
+  const auto ends_before = [&](const Piece& piece) { return s > piece.start + piece.length; };
+  if (s < solution_.pieces[in.piece].start) in.piece = 0;
+  while (in.piece + 1 < solution_.used && ends_before(solution_.pieces[in.piece])) ++in.piece;
+  const Piece& piece = solution_.pieces[in.piece];
+  double *const w = in.z.data(), *const p = w + in.rows;
+  evaluate_powers(piece.terms.col(1).data(), static_cast<int>(in.z.size()), piece.count, (s - piece.start) / piece.length, w);
+  in.z -= solution_.begin;
+  if (!solution_.free.empty()) solution_.free.add(s, p, w);
+  const auto add = [&](const MatX& matrix, const double* amounts, Eigen::Index first) {
+    multiply(matrix, amounts, in.out.data());
+    y.segment(first, matrix.rows()) += in.out.head(matrix.rows());
+  };
+  if (changed_.size() > 0) {
+    correct_within(theta);
+    if (m.plain) {
+      add(m.modes.shapes, in.corrected.data(), nq_);
+      add(in.correction_moves, in.corrected.data() + nw_, 0);
+    } else {
+      in.z.head(nw_) += in.corrected.head(nw_);
+      in.z.segment(in.rows, nw_) += in.corrected.tail(nw_);
+    }
+  }
+  if (m.plain) y.segment(nq_, nw_) += in.z.head(nw_);
+  else add(in.shapes, w, nq_);
+  add(in.moves, p, 0);
+  if (changed_.size() == 0) add_shaken(m, shaken_, s, y);
+}
+
+}  // namespace flexframe::sim
