@@ -31,11 +31,15 @@ constexpr long looked_at = 1000;
 // Of the asked accuracy: what is searched for at the places, and what cheaper settings may use of it there. The other half is for the
 // points between: a pendulum whose modulus varies was 1.1e-2 off between places where 6.5e-3 was told.
 constexpr double search_share = 0.5, kept_share = 0.5;
+// What those may use of it that judge points between the places: looser and of fewer elements than a search finds them, but with all of its
+// shapes, so that what these are worth elsewhere is seen. Points are judged so often, or so many of a large design: one took as long as
+// thirty of them (slider-crank).
+constexpr double judging_share = 0.35;
+constexpr long judged_every = 50, judged_in_all = 20;
 // What settings may use of it that are those of a search.
 constexpr double found_share = 0.8;
 // How far a point may be from the places: ranges of outputs and deformations by so much, steps by so much.
 constexpr double like = 2.0, many_steps = 3.0;
-constexpr long judged_every = 50;
 constexpr int judged_samples = 400;  // enough to see the largest difference of two histories
 // At the places a run ten times looser may be off by so much of the asked accuracy. Errors go with the tolerance to a power of 0.8 or more, so
 // that the run itself keeps a third of it. Beside the judges alone a loose run of a double pendulum was right to 0.4 % by luck, the ten times
@@ -144,6 +148,8 @@ class Finder {
   // are run once it is beyond that share of what is asked.
   double error_of(const Scene& choices, double share, std::string& column) const;
   bool take_cheaper(const std::function<bool(Scene&)>& change);
+  void loosen(double factor);
+  void take_fewer_elements(std::size_t body);
   void make_cheaper();
 
   const Sweep& sweep_;
@@ -155,6 +161,7 @@ class Finder {
   Scene chosen_;
   double error_ = 0.0;
   std::string column_;
+  double share_ = kept_share;  // what cheaper settings may use
 };
 
 SimulateOptions Finder::options() const {
@@ -247,13 +254,13 @@ double Finder::error_of(const Scene& choices, double share, std::string& column)
   return largest;
 }
 
-// Changes the settings as often as they keep the accuracy then.
+// Changes the settings as often as they keep that share of the accuracy then.
 bool Finder::take_cheaper(const std::function<bool(Scene&)>& change) {
   bool any = false;
   for (Scene next = chosen_; change(next); next = chosen_) {
     std::string column;
-    const double error = error_of(next, kept_share, column);
-    if (error > kept_share * asked_ || (sweep_.question.estimate_error && !time_is_sure(next))) return any;
+    const double error = error_of(next, share_, column);
+    if (error > share_ * asked_ || (sweep_.question.estimate_error && !time_is_sure(next))) return any;
     chosen_ = next, error_ = error, column_ = column, any = true;
   }
   return any;
@@ -262,15 +269,28 @@ bool Finder::take_cheaper(const std::function<bool(Scene&)>& change) {
 // Fewer of something: a third less, one at least.
 int fewer(int count, int least) { return std::max(least, std::min(count - 1, 2 * count / 3)); }
 
-void Finder::make_cheaper() {
+void Finder::loosen(double factor) {
   constexpr double loosest = 1e-2;
-  const auto loosen = [&](double factor) {
-    take_cheaper([&](Scene& scene) {
-      const double looser = factor * scene.simulation.tolerance.value_or(default_tolerance);
-      scene.simulation.tolerance = looser;
-      return looser <= loosest;
-    });
-  };
+  take_cheaper([&](Scene& scene) {
+    const double looser = factor * scene.simulation.tolerance.value_or(default_tolerance);
+    scene.simulation.tolerance = looser;
+    return looser <= loosest;
+  });
+}
+
+// Behind modes three elements each at least (accuracy_search.h).
+void Finder::take_fewer_elements(std::size_t body) {
+  take_cheaper([&](Scene& scene) {
+    auto* of = std::get_if<BeamDef>(&scene.bodies[body].kind);
+    if (!of || of->model != BeamModel::finite_element || of->all_elements) return false;
+    const int least = 3 * of->keep_modes.value_or(of->elements);
+    if (of->elements <= least) return false;
+    of->elements = std::max(least, of->elements / 2);
+    return true;
+  });
+}
+
+void Finder::make_cheaper() {
   const auto of_beams = [](Scene& scene, const std::function<void(BeamDef&)>& change) {
     for (BodyDef& body : scene.bodies)
       if (auto* beam = std::get_if<BeamDef>(&body.kind)) change(*beam);
@@ -297,14 +317,7 @@ void Finder::make_cheaper() {
     lower(&BeamDef::keep_modes, 1);
     lower(&BeamDef::keep_axial, 0);
     lower(&BeamDef::keep_torsion, 0);
-    // Behind modes three elements each at least (accuracy_search.h).
-    take_cheaper([&](Scene& scene) {
-      BeamDef& of = beam(scene);
-      const int least = 3 * of.keep_modes.value_or(of.elements);
-      if (of.model != BeamModel::finite_element || of.all_elements || of.elements <= least) return false;
-      of.elements = std::max(least, of.elements / 2);
-      return true;
-    });
+    take_fewer_elements(b);
   }
   loosen(3.0);
 }
@@ -320,7 +333,16 @@ std::optional<SharedSettings> Finder::share() {
   }
   if (!kept) return std::nullopt;
   SharedSettings out;
+  const Scene found = chosen_;
+  const double found_error = error_;
+  share_ = judging_share;
+  for (std::size_t b = 0; b < chosen_.bodies.size(); ++b) take_fewer_elements(b);
+  loosen(3.0);
   out.finer = chosen_;
+  out.finer_error = error_;
+  share_ = kept_share;
+  chosen_ = found;
+  error_ = found_error;
   make_cheaper();
   // Nothing may have become cheaper.
   std::optional<double>& tolerance = out.finer.simulation.tolerance;
@@ -335,7 +357,6 @@ std::optional<SharedSettings> Finder::share() {
   std::size_t most = 0;
   for (const Place& place : places_) {
     out.places.push_back(place.point);
-    out.finer_error = std::max(out.finer_error, place.error);
     SeenBeside beside;
     const Histories h = run(chosen_, place, &beside);
     const VecX ranges = output_ranges(h);
@@ -525,7 +546,8 @@ std::optional<SharedRun> run_with_shared(const Sweep& sweep, const SharedSetting
     }
     for (const std::string& text : beside.notes.texts(Severity::warning)) out.warnings.push_back(text);
     // Multiplied, so that the points judged do not lie in rows of a grid.
-    out.judged = static_cast<std::uint64_t>(point) * 2654435761ULL % 4294967296ULL % judged_every == 0;
+    const auto every = static_cast<std::uint64_t>(std::max(judged_every, sweep.design.size() / judged_in_all));
+    out.judged = static_cast<std::uint64_t>(point) * 2654435761ULL % 4294967296ULL % every == 0;
     if (!out.judged) return out;
     Scene finer = scene;
     take_choices(shared.finer, finer);

@@ -10,8 +10,9 @@
 // Errors are those of the outputs that responses read. A point that is not like the places searched is simulated to the accuracy by itself,
 // as without shared settings: other choices in the scene, an output whose range, or a body whose deformation, is far from theirs, many more
 // steps than they took, a run that fails, or one that differs from a run ten times tighter by more than what is asked leaves to time (not
-// looked at where no errors are estimated). Every fiftieth point is judged by the settings that were found before they were made cheaper,
-// and says where the shared ones do not keep the accuracy.
+// looked at where no errors are estimated). Every fiftieth point, or twenty of a large design, is judged by the settings that were found
+// before they were made cheaper, with fewer elements and looser as far as that keeps a third of the accuracy, and says where the shared
+// ones do not keep it.
 #pragma once
 
 #include "sim/results/histories.h"
