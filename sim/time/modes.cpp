@@ -47,10 +47,23 @@ void multiply_square(const double* A, const double* B, double* C, int size) {
   }
 }
 
+// The same of fewer than eight rows, which are made eight: what a general product sets up costs more than that.
+FLEXFRAME_WIDEST
+void multiply_few(const double* A, const double* B, double* C, int n) {
+  typedef double V __attribute__((vector_size(64), aligned(8)));
+  double padded[7 * 8] = {};
+  for (int k = 0; k < n; ++k)
+    for (int i = 0; i < n; ++i) padded[8 * k + i] = A[k * n + i];
+  for (int j = 0; j < n; ++j) {
+    V sum{};
+    for (int k = 0; k < n; ++k) sum += *reinterpret_cast<const V*>(padded + 8 * k) * B[j * n + k];
+    for (int i = 0; i < n; ++i) C[j * n + i] = sum[i];
+  }
+}
+
 MatX product(const MatX& A, const MatX& B) {
-  if (A.rows() < 8) return A.lazyProduct(B);  // a general product of that few costs four times as much
   MatX C(A.rows(), B.cols());
-  multiply_square(A.data(), B.data(), C.data(), static_cast<int>(A.rows()));
+  (A.rows() < 8 ? multiply_few : multiply_square)(A.data(), B.data(), C.data(), static_cast<int>(A.rows()));
   return C;
 }
 
