@@ -168,7 +168,12 @@ VecX ExponentialSolver::LinearModel::coordinates(const VecX& p) const {
   return out;
 }
 
-VecX ExponentialSolver::LinearModel::amounts(const VecX& w) const { return plain ? w : VecX(modes.gauges * w); }
+void ExponentialSolver::LinearModel::write_amounts(const double* w, double* out) const {
+  const Eigen::Map<const VecX> from(w, P.rows);
+  Eigen::Map<VecX> to(out, P.rows);
+  if (plain) to = from;
+  else to.noalias() = modes.gauges * from;
+}
 
 VecX ExponentialSolver::LinearModel::of_amounts(const VecX& amounts) const { return plain ? amounts : VecX(modes.shapes * amounts); }
 
@@ -260,14 +265,15 @@ ExponentialSolver::Amounts ExponentialSolver::amounts_of(const LinearModel& m, c
   a.span = span;
   a.rows = rows;
   a.z = VecX::Zero(2 * rows);
-  a.z.head(n) = m.amounts(y.segment(nq_, n));
-  a.z.segment(rows, n) = m.amounts(m.directions(y.head(nq_) - m.state.head(nq_)));
+  m.write_amounts(y.data() + nq_, a.z.data());
+  m.write_amounts(m.directions(y.head(nq_) - m.state.head(nq_)).data(), a.z.data() + rows);
   MatX w = d.middleRows(nq_, n);
   w.col(0) += m.rates.segment(nq_, n) - m.B * m.state.segment(nq_, n);
   a.loads = MatX::Zero(2 * rows, 3);
   for (int k = 0; k < 3; ++k) {
-    a.loads.col(k).head(n) = m.amounts(w.col(k));
-    a.loads.col(k).segment(rows, n) = m.amounts(m.directions(d.col(k).head(nq_)));
+    double* const loads = a.loads.col(k).data();
+    m.write_amounts(w.col(k).data(), loads);
+    m.write_amounts(m.directions(d.col(k).head(nq_)).data(), loads + rows);
   }
   VecX weight(problem_.size);
   problem_.weights(y.data(), weight.data());
