@@ -320,8 +320,34 @@ def shared_settings(folder):
     expect(without_cpu(table_of(folder / "two")) == without_cpu(rows), "a resumed sweep made another table")
 
 
+def shared_shapes(folder):
+    """What points share leaves out the shapes under inertia, which their judges keep; against the whole beam by another method."""
+    scene = examples / "pendulum.toml"
+    words = ["--set", "body.pendulum.material.youngs_modulus=0.9e9:1.1e9:41", "--accuracy", "1e-2", "--workers", "1"]
+    words += ["--response", "deflection=range(deflection.y)", "--response", "last=final(tip.x)"]
+    run("sweep", scene, *words, "-o", folder / "shapes")
+    settings = {name: (folder / "shapes" / "settings" / f"{name}.toml").read_text() for name in ("chosen", "finer")}
+    expect("keep_inertia = false" in settings["chosen"], f"shapes under inertia are left in: {settings['chosen']}")
+    expect("keep_inertia = true" in settings["finer"], f"those that judge lack shapes: {settings['finer']}")
+    rows = table_of(folder / "shapes")
+    for row in (rows[0], rows[13], rows[40]):
+        expect(float(row["error"]) < 1e-2, f"no error below what is asked: {row}")
+        out = folder / "whole.csv"
+        whole = ["--set", f"body.pendulum.material.youngs_modulus={row['body.pendulum.material.youngs_modulus']}"]
+        whole += ["--set", "body.pendulum.elements=20", "--method", "dirk", "--tolerance", "1e-8"]
+        run("simulate", scene, *whole, "--no-error-estimate", "--no-effect-check", "--csv", out, "-o", folder / "whole.h5")
+        table = history(out)
+        y, x = table["deflection.y"], table["tip.x"]
+        span = max(y) - min(y)
+        off = abs(float(row["deflection"]) - span) / span
+        expect(off < 1e-2, f"range of the deflection {off:.2g} off: {row}")
+        off = abs(float(row["last"]) - x[-1]) / (max(x) - min(x))
+        expect(off < 1e-2, f"last place {off:.2g} of the range off: {row}")
+
+
 run_parts(
     shared_settings,
+    shared_shapes,
     rows_are_runs,
     failed_points_are_rows,
     wrong_questions,
