@@ -128,7 +128,7 @@ int respond(const Words& w) {
   constexpr double beyond = 1.1;
   sim::tell_of_frequencies(system, linear, richer, sim::unasked_accuracy, beyond * frequencies[frequencies.size() - 1], told);
   sim::tell_of_last_modes(system, frequencies[frequencies.size() - 1], told);
-  sim::tell_of_response(system, linear, w.force, r, richer, sim::unasked_accuracy, told);
+  sim::tell_of_response(system, linear, r, richer, sim::unasked_accuracy, told);
   report(w, r, frequencies, told, csv, svg);
   return 0;
 }

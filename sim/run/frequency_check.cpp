@@ -372,7 +372,7 @@ void tell_of_frequencies(const System& system, const Linearisation& linear, cons
   }
 }
 
-void tell_of_response(const System& system, const Linearisation& linear, const std::string& force, const FrequencyResponse& response,
+void tell_of_response(const System& system, const Linearisation& linear, const FrequencyResponse& response,
                       const std::vector<RicherBeams>& richer, double asked, Notes& notes) {
   // Away from rest what vibrates may be a per cent faster or slower, which nobody tells, and a response changes by more.
   constexpr double in_motion = 0.05, in_motion_counts = 1e-3;
@@ -384,7 +384,8 @@ void tell_of_response(const System& system, const Linearisation& linear, const s
       if (r.by == RicherBeams::By::further)
         at = told_frequencies(
             range, further_vibrations(undamped_frequencies(linear), undamped_frequencies(linearise(r.system)), range[range.size() - 1]));
-      const FrequencyResponse own = frequency_response(system, force, at), other = frequency_response(r.system, force, at);
+      const FrequencyResponse own = frequency_response(system, response.force, at),
+                              other = frequency_response(r.system, response.force, at);
       compare_responses(own, other, 0, asked, 1e-8, worst);  // differences of outputs have some nine digits
       for (Eigen::Index k = 1; k < at.size(); ++k) compare_responses(own, other, k, in_motion, in_motion_counts, worst);
     } catch (const InputError&) {  // the richer model's start is no equilibrium

@@ -40,7 +40,7 @@ void tell_of_left_vibrations(const System& system, const Linearisation& linear, 
 // Warns of richer models that move an output's response to the force at the lowest of its frequencies by more than `asked` of it (statics,
 // which frequencies do not show), or that have a resonance by lengthening or twist among its frequencies. response: of the system to that
 // force; linear: of the system.
-void tell_of_response(const System& system, const Linearisation& linear, const std::string& force, const FrequencyResponse& response,
+void tell_of_response(const System& system, const Linearisation& linear, const FrequencyResponse& response,
                       const std::vector<RicherBeams>& richer, double asked, Notes& notes);
 
 // Warns of bodies from files whose own modes end below `highest`, Hz: what lies above is without them.

@@ -171,6 +171,7 @@ FrequencyResponse frequency_response(const System& given, const std::string& for
   System system = given;
   const Followed wanted = followed(system.scene);
   FrequencyResponse out;
+  out.force = force;
   out.left_out = wanted.left_out;
   system.scene.outputs = wanted.outputs;
   if (wanted.outputs.empty())

@@ -13,6 +13,7 @@
 namespace flexframe::sim {
 
 struct FrequencyResponse {
+  std::string force;                        // that it answers
   std::vector<std::string> columns, units;  // of the outputs
   VecX frequencies;                         // Hz, those that were asked for
   Eigen::MatrixXcd values;                  // columns x frequencies: unit of the output per N (N m, N/m)

@@ -95,7 +95,7 @@ TEST(FrequencyCheck, ResponsesAlongTheAxisNeedLengthening) {
     // cos 45 degrees L / EA.
     const double along = std::abs(r.values(0, 0)), wanted = std::sqrt(0.5) / (2.1e11 * 4e-4);
     Notes notes;
-    tell_of_response(system, linearise(system), "push", r, richer_beams(system, notes), 0.01, notes);
+    tell_of_response(system, linearise(system), r, richer_beams(system, notes), 0.01, notes);
     EXPECT_EQ(std::abs(along - wanted) > 0.01 * wanted, notes.has(Severity::warning)) << axial << " " << along;
     EXPECT_EQ(notes.has(Severity::warning), !axial);
   }
