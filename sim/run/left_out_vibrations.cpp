@@ -17,8 +17,8 @@ constexpr size_t most_directions = 200;
 // Step along a mode, of the mechanism's size: loops close to 1e-11 of it, and what is of second order in it stays below 1e-6 of the rest.
 constexpr double small_step = 1e-6;
 // A mode that moves no point by more than that share of the farthest vibration, in place, velocity or acceleration as the outputs ask, is
-// not looked at: outputs that move a hundredth of that still have it to a hundredth of their range.
-constexpr double hardly_moves = 1e-4;
+// not looked at: outputs that move a thousandth of that still have it to a hundredth of their range.
+constexpr double hardly_moves = 1e-5;
 
 bool is_of_second_order(const std::string& effect) { return effect == "stiffening" || effect == "gyroscopic"; }
 
