@@ -373,8 +373,10 @@ Results simulate_to_accuracy(const Scene& as_given, double accuracy, const Simul
     return t;
   };
   std::optional<StraightRun> left;
+  std::shared_ptr<std::optional<Finished>> nearest;  // of the straight way
   {
     Task straight = task_for(as_given);
+    nearest = straight.nearest;
     if (const std::optional<Finished> found = go_straight(straight, as_given, left))
       return stated(straight, *found, {start, 0.0, 0.0, {}, true}, memory);
   }
@@ -404,6 +406,8 @@ Results simulate_to_accuracy(const Scene& as_given, double accuracy, const Simul
   if (!best || best->error > accuracy) {
     std::optional<Finished> other = judged_as_given(t, given);
     if (other && (!best || other->error < best->error)) best = std::move(other);
+    // One that seemed to keep the accuracy was refused for what its error does not say.
+    if (*nearest && (*nearest)->judged && (*nearest)->error > accuracy && (!best || (*nearest)->error < best->error)) best = **nearest;
   }
   if (!best) {
     // Neither the search nor the scene as it stands came to an end: what it says says why. Where it does in more time, nobody has judged

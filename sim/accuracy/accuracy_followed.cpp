@@ -332,13 +332,16 @@ void Followed::find_what_lacks() {
   }
 }
 
-// Whether the search's time will not do, by how fast rounds have brought what lacks down and by what they cost.
+// Whether the search's time will not do, by how fast rounds have brought what lacks down and by what they cost. What time takes is not left
+// for modes: tighter steps cost too.
 bool Followed::hopeless() {
   const double spent = search.cpu - before_round, lacks = largest(space);
   const double fell = lacked > 0.0 ? std::max(least_fall, lacked / std::max(lacks, 1e-300)) : best_fall;
   const double grew = last_round > 0.0 ? std::max(1.0, spent / last_round) : usual_growth;
   before_round = search.cpu, lacked = lacks, last_round = spent;
-  const double rounds = std::ceil(std::log(std::max(1.0, lacks / t.accuracy)) / std::log(fell));
+  constexpr double least_left = 0.1;
+  const double left = std::max(least_left * t.accuracy, t.accuracy - largest(time));
+  const double rounds = std::ceil(std::log(std::max(1.0, lacks / left)) / std::log(fell));
   double price = 0.0, next = spent;
   for (int k = 0; k < static_cast<int>(rounds); ++k) price += next *= grew;
   return cpu_seconds() + price > search.until;

@@ -111,7 +111,7 @@ def followed_vibrations(folder):
         ("pendulum", 1e-3, 11.0, True),
         ("pendulum", 1e-4, 20.0, True),
         ("slider_crank", 1e-3, 12.0, False),
-        ("slider_crank", 1e-2, 3.0, True),
+        ("slider_crank", 1e-2, 6.0, True),
     )
     for name, asked, most, reached in questions:
         text = (examples / f"{name}.toml").read_text().split("[render]")[0]
@@ -269,7 +269,8 @@ def places_by_number(folder):
 
 def console_in_space(folder):
     # Two beams welded at a right angle, of 100 coordinates, are pushed across their plane slowly: the first one bends and twists. As
-    # written each of Newton's matrices takes twice as many evaluations; with few modes the runs cost a tenth of that, and no search begins.
+    # written each of Newton's matrices takes twice as many evaluations; with few modes the runs cost a tenth of that, and no search begins
+    # but for the last, which that way does not keep.
     # Closed formula at rest; ramp of 30 periods of sqrt(3 EI / (m L^3)), whose vibrations are 3e-4 of the deflection.
     L1, L2, E, rho, d, F, poisson = 0.5, 0.3, 7e10, 2700.0, 0.008, 0.2, 0.3
     inertia = np.pi * d**4 / 64
@@ -307,7 +308,8 @@ def console_in_space(folder):
         judge("console in space", summary, max(ends, np.abs(h["knee.z"] - load * knee).max() / (F * knee)), asked)
         chosen = " ".join(summary["accuracy"]["chosen"])
         expect("'one'" in chosen and "modes" in chosen, f"console in space: {chosen}")
-        expect("worth" not in chosen, f"console in space: a search was made, {chosen}")
+        expect("worth" not in chosen or asked < 5e-3, f"console in space: a search was made, {chosen}")
+        expect(not summary["warnings"], f"console in space, {asked}: {summary['warnings']}")
 
 
 run_parts(
