@@ -275,6 +275,8 @@ class Plane:
                     K, C = self.tangents(t, q, v)
                     _, G = self.conditions(q, t)
                     A = np.block([[M * mb - C * mg - K, G.T], [G, np.zeros((self.m, self.m))]])
+                    if not np.isfinite(A).all():
+                        raise RuntimeError(f"no step found at {t}")
                     unit = abs(A[:n, :n]).max()
                     A[n:] *= unit
                     A[:n, n:] *= unit
@@ -318,7 +320,14 @@ def converged(model, times, readings, start=None, want=1e-3, per=4, most=32):
     q, l = start(model) if start else (None, None)
     last, best = None, None
     while True:
-        states = model.march(times, per, q)
+        try:
+            with np.errstate(over="ignore", invalid="ignore"):
+                states = model.march(times, per, q)
+        except RuntimeError:  # steps too long for what moves so fast
+            if 2 * per > most:
+                raise
+            last, best, per = None, None, 2 * per
+            continue
         now = readings(model, *states)
         rich = None if last is None else {k: (4 * now[k] - last[k]) / 3 for k in now}
         if best is not None:
