@@ -19,6 +19,9 @@ struct Miss {
   double swing = 0.0;      // beside a steady motion, root of the sum of squares
 };
 
+// What a sample differs by from the mean of its neighbours, n of them; a steady motion does not.
+double fast_part(const VecX& y, Eigen::Index n) { return (y.segment(1, n - 1) - 0.5 * (y.head(n - 1) + y.tail(n - 1))).norm(); }
+
 // Of values x and rates v at times t; none where nothing moves to speak of.
 Miss missed(const VecX& t, const VecX& x, const VecX& v) {
   const Eigen::Index n = t.size() - 1;
@@ -31,9 +34,22 @@ Miss missed(const VecX& t, const VecX& x, const VecX& v) {
   const double value = (swing.array() - swing.mean()).matrix().norm();
   if (!(value > still_swing * x.norm()) || !(moved > 0.0)) return {};
   // Against the mean of their neighbours values and rates of a vibration lose the same factor, also one that stands at a lower frequency.
-  const auto fast = [n](const VecX& y) { return (y.segment(1, n - 1) - 0.5 * (y.head(n - 1) + y.tail(n - 1))).norm(); };
+  const auto fast = [n](const VecX& y) { return fast_part(y, n); };
   if (!(fast(x) > unseen_fast * value)) return {0.0, 0.0, 0.0, value};
   return {(way - expected).norm() / moved, fast(v) / fast(x) / (2.0 * std::numbers::pi), std::min(1.0, fast(x) / value), value};
+}
+
+// Whether a node of the body moves fast by more than a thousandth of what the farthest one swings by: coordinates that hardly move it may
+// run as fast as they like. Less than what can be seen, as accelerations show more of it.
+bool nodes_run_fast(const ResultBody& body, Eigen::Index first, Eigen::Index count) {
+  double fastest = 0.0, farthest = 0.0;
+  for (Eigen::Index k = 0; k < body.displacement.cols(); ++k) {
+    const VecX way = body.displacement.col(k).segment(first, count);
+    fastest = std::max(fastest, fast_part(way, count - 1));
+    farthest = std::max(farthest, (way.array() - way.mean()).matrix().norm());
+  }
+  constexpr double hardly_moves = 1e-3;
+  return fastest > hardly_moves * farthest;
 }
 
 }  // namespace
@@ -66,7 +82,8 @@ std::optional<FastMotion> faster_than_samples(const Results& results, Eigen::Ind
   for (const ResultBody& body : results.bodies)
     if (body.displacement.size() > 0) most = std::max(most, body.displacement.cwiseAbs().maxCoeff());
   for (const ResultBody& body : results.bodies)
-    if (body.displacement.size() == 0 || body.displacement.cwiseAbs().maxCoeff() >= small_share * most)
+    if (body.displacement.size() == 0 ||
+        (body.displacement.cwiseAbs().maxCoeff() >= small_share * most && nodes_run_fast(body, first, count)))
       look("body '" + body.name + "'", body.q, body.qd);
   return out;
 }
