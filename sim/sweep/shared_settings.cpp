@@ -41,8 +41,8 @@ constexpr double found_share = 0.8;
 // How far a point may be from the places: ranges of outputs and deformations by so much, steps by so much.
 constexpr double like = 2.0, many_steps = 3.0;
 constexpr int judged_samples = 400;  // enough to see the largest difference of two histories
-// At the places a run ten times looser may be off by so much of the asked accuracy. Errors go with the tolerance to a power of 0.8 or more, so
-// that the run itself keeps a third of it. Beside the judges alone a loose run of a double pendulum was right to 0.4 % by luck, the ten times
+// At the places a run ten times looser may be off by so much of the asked accuracy. Errors go with the tolerance to a power of 0.8 or more,
+// so that the run itself keeps a third of it. Beside the judges alone a loose run of a double pendulum was right to 0.4 % by luck, the
 // looser one 26 % off, and points between 5 %.
 constexpr double looser_share = 2.0;
 constexpr double loosest_beside = 0.1, tightest_beside = 1e-12;
