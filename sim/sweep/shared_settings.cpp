@@ -97,8 +97,7 @@ double apart(const Histories& a, const Histories& reference, const std::vector<b
 double apart_at(double factor, const Histories& run, const Scene& scene, SimulateOptions options, const std::vector<bool>& read,
                 std::string& column) {
   Scene other = scene;
-  other.simulation.tolerance =
-      std::clamp(factor * scene.simulation.tolerance.value_or(default_tolerance), tightest_beside, loosest_beside);
+  other.simulation.tolerance = std::clamp(factor * scene.simulation.tolerance.value_or(default_tolerance), tightest_beside, loosest_beside);
   options.beside = nullptr;
   options.samples = beside_samples;
   return apart(simulate_histories(other, options), run, read, column);
@@ -346,8 +345,8 @@ std::optional<SharedSettings> Finder::share() {
   make_cheaper();
   // Nothing may have become cheaper.
   std::optional<double>& tolerance = out.finer.simulation.tolerance;
-  tolerance = std::max(tightest_beside, std::min(tolerance.value_or(default_tolerance),
-                                                 chosen_.simulation.tolerance.value_or(default_tolerance) / between));
+  tolerance = std::max(tightest_beside,
+                       std::min(tolerance.value_or(default_tolerance), chosen_.simulation.tolerance.value_or(default_tolerance) / between));
   out.written = places_.front().scene;
   out.chosen = chosen_;
   out.method = method_;
