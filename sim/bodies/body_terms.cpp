@@ -3,6 +3,7 @@
 #include "sim/base/sized.h"
 #include "sim/base/wide.h"
 #include "sim/bodies/axis_mass.h"
+#include "sim/bodies/rigid_terms.h"
 #include "sim/bodies/rod_axis.h"
 
 namespace flexframe::sim {
@@ -160,12 +161,6 @@ FLEXFRAME_INLINE void mass(const Body& body, const VecX& q, TermsIn<S>& out) {
   }
   out.md = md;
   rigid_mass(body.mass, md, J, out.Mrr);
-}
-
-template <class S>
-FLEXFRAME_INLINE void rigid_velocity_terms(const typename S::Twist& V, TermsIn<S>& out) {
-  const typename S::Twist P = out.Mrr * V;
-  out.cr = joined(cross(angular(V), linear(P)), cross(angular(V), angular(P)) + cross(linear(V), linear(P)));
 }
 
 template <int N, class S, class Body>

@@ -2,6 +2,7 @@
 
 #include "sim/base/four.h"
 #include "sim/base/sized.h"
+#include "sim/dynamics/chain.h"
 #include "sim/dynamics/kinematics.h"
 #include "sim/dynamics/places.h"
 #include "sim/dynamics/velocities.h"
@@ -183,15 +184,19 @@ const auto& closure_row(const Model& model, const W& work, int cluster, int loop
   return loop_rows(model, work, model.clusters[cluster].loops[static_cast<size_t>(loop)])[static_cast<size_t>(at)];
 }
 
-// Which rows of loops the partition has; all of their other fields follow from poses (update_rows).
+// Which rows of loops the partition has, and their constants; all of their other fields follow from poses (update_rows).
 template <class W>
 void list_rows(const Model& model, const W& work, int cluster, LoopMotion<typename W::In>& out) {
   out.rows.clear();
+  out.runs.clear();
   for_rows(
       model, work, {cluster, false},
       [&](int row, int loop, int at) {
+        if (out.runs.empty() || out.runs.back().loop != loop) out.runs.push_back({loop, static_cast<int>(out.rows.size()), 0});
+        ++out.runs.back().count;
         auto& entry = out.rows.emplace_back();
         entry.row = row, entry.loop = loop, entry.at = at;
+        entry.closure = closure_row(model, work, cluster, loop, at);
       },
       [](int, const CouplingRow&) {}, [](int, size_t) {});
 }
@@ -205,12 +210,11 @@ LoopWrenches<W> unit_wrenches(const RowDirection<typename W::In>& d, const typen
 }
 
 // Everything of the rows that list_rows has found.
-template <class W>
-FLEXFRAME_INLINE void update_rows(const Model& model, const W& work, int cluster, LoopMotion<typename W::In>& out) {
-  using S = typename W::In;
+template <class S>
+FLEXFRAME_INLINE void update_rows(LoopMotion<S>& out) {
   for (LoopRow<S>& row : out.rows) {
     const LoopPose<S>& at = out.poses[static_cast<size_t>(row.loop)];
-    const RowDirection<S> d = row_direction<S>(closure_row(model, work, cluster, row.loop, row.at), at.relative);
+    const RowDirection<S> d = row_direction<S>(row.closure, at.relative);
     row.lv = d.lv;
     row.lw = d.lw;
     const typename S::Linear force = turn_back(at.relative, d.lv);
@@ -292,14 +296,11 @@ bool deformation_closes(const Model& model, const Partition& partition, int clus
 
 void make_plan(const Model& model, int cluster, ClusterWork& cw) {
   const Cluster& c = model.clusters[cluster];
-  const Partition& now = cw.partition;
+  Partition& now = cw.partition;
   PartitionPlan& plan = cw.plan;
   // Of no other plan of the process: states are copied, and what was listed by one must not pass for another's.
   static std::atomic<int> plans{0};
-  plan.made = ++plans;
-  plan.rows = now.rows;
-  plan.dep = now.dep;
-  plan.ind = now.ind.size();
+  plan.made = now.plan = ++plans;
   plan.deforms = deformation_closes(model, now, cluster);
   plan.place.assign(static_cast<size_t>(c.nv), 0);
   plan.runs.clear();
@@ -366,8 +367,7 @@ FLEXFRAME_INLINE double closure_residual(const Model& model, const W& work, int 
   const double size = model.clusters[cluster].size;
   double largest = 0.0;
   for (const auto& row : loops.rows)
-    take_residual(closure_row(model, work, cluster, row.loop, row.at), loops.poses[static_cast<size_t>(row.loop)].relative, size,
-                  out[row.row], largest);
+    take_residual(row.closure, loops.poses[static_cast<size_t>(row.loop)].relative, size, out[row.row], largest);
   for_other_rows(model, work, cluster, loops, coupling_residuals(model, work, cluster, out, largest),
                  lock_residuals(model, work, cluster, out, largest));
   return largest;
@@ -379,9 +379,15 @@ FLEXFRAME_INLINE void loop_frame_motion(const Model& model, int cluster, int fra
                                         typename W::In::Twist& A) {
   const FramePoint& f = model.frames[frame];
   if (f.part != ground && model.parts[f.part].cluster == cluster) {
+    const auto& at = work.frames[frame];
+    if (!at.flexible) {
+      V = to_child(at.pose, work.parts[f.part].V);
+      A = to_child(at.pose, work.parts[f.part].A0);
+      return;
+    }
     update_frame_velocity(model, frame, work);
-    V = work.frames[frame].V;
-    A = to_child(work.frames[frame].pose, work.parts[f.part].A0) + work.frames[frame].bias;
+    V = at.V;
+    A = to_child(at.pose, work.parts[f.part].A0) + at.bias;
   } else {
     V = to_child(compose(inverse(work.frames[model.clusters[cluster].base].pose), work.frames[frame].pose), work.bases[cluster].V);
     A.setZero();
@@ -430,7 +436,7 @@ FLEXFRAME_INLINE void closure_rates(const Model& model, int cluster, W& work, co
     }
     have = row.loop;
     double value = dot(row.lv, m.pdd) + dot(row.lw, m.wd);
-    const auto& closure = closure_row(model, work, cluster, row.loop, row.at);
+    const auto& closure = row.closure;
     if (closure.kind == ClosureRow::angle) value += dot(m.w, cross(cross(m.w, turn(rel, closure.b)), closure.u));
     if (closure.kind == ClosureRow::distance) value += m.pd.squaredNorm() / closure.length;
     rate[row.row] = dot(row.lv, m.pd) + dot(row.lw, m.w);
@@ -465,7 +471,7 @@ void update_closure_rates(const Model& model, int cluster, W& work) {
   LoopMotion<typename W::In> loops;
   update_loop_poses(model, work, cluster, loops.poses);
   list_rows(model, work, cluster, loops);
-  update_rows(model, work, cluster, loops);
+  update_rows(loops);
   closure_rates(model, cluster, work, loops);
 }
 
@@ -639,7 +645,7 @@ FLEXFRAME_INLINE const std::vector<JointInBase<typename W::In>>& joints_in_base(
     if (part.joint.nv + part.body.n == 0) continue;
     const auto& p = work.parts[i];
     auto& joint = joints[i];
-    const bool fixed = work.carrying.fixed[i];
+    const bool fixed = work.carrying.fixed[i] != Carrying::moving;
     if (!fixed) joint.outboard = compose(p.in_base, work.frames[part.joint.outboard].pose);
     for (int k = 0; k < part.joint.nv; ++k) {
       if (!columns.all && place[part.v0 - c.v0 + k] >= 0) continue;
@@ -731,20 +737,21 @@ FLEXFRAME_INLINE void add_path(const Model& model, const W& work, std::span<cons
   }
 }
 
-// out = A x. Of two or three conditions, as most loops have, here: a call costs more than the product.
+// out = A x, of at least one column. Of two or three conditions, as most loops have, here: a call costs more than the product.
 template <int N>
 FLEXFRAME_INLINE void set_product_few(const MatX& A, const double* x, double* out) {
+  using Column = Eigen::Matrix<double, N, 1>;
   const double* a = A.data();
-  double sum[N] = {};
-  for (Eigen::Index k = 0; k < A.cols(); ++k, a += N)
-    for (int r = 0; r < N; ++r) sum[r] += a[r] * x[k];
-  std::copy_n(sum, N, out);
+  Column sum = Eigen::Map<const Column>(a) * x[0];
+  for (Eigen::Index k = 1; k < A.cols(); ++k) sum += Eigen::Map<const Column>(a += N) * x[k];
+  Eigen::Map<Column>{out} = sum;
 }
-FLEXFRAME_INLINE void multiply_into(const MatX& A, const VecX& x, VecX& out) {
+FLEXFRAME_INLINE void multiply_into(const MatX& A, const double* x, VecX& out) {
   if (out.size() != A.rows()) out.resize(A.rows());
-  if (A.rows() == 2) set_product_few<2>(A, x.data(), out.data());
-  else if (A.rows() == 3) set_product_few<3>(A, x.data(), out.data());
-  else multiply(A, x.data(), out.data());
+  if (A.cols() == 0) out.setZero();
+  else if (A.rows() == 2) set_product_few<2>(A, x, out.data());
+  else if (A.rows() == 3) set_product_few<3>(A, x, out.data());
+  else multiply(A, x, out.data());
 }
 
 // C = -A B, column by column.
@@ -774,12 +781,10 @@ FLEXFRAME_INLINE void set_negative_product(const MatX& A, const double* b, MatX&
 // Calls on_loop(rows, loop joint, its pose) for the rows of one loop that follow one another: they go their way together.
 template <class W, class OnLoop>
 FLEXFRAME_INLINE void for_loops(const Model& model, const W& work, int cluster, const LoopMotion<typename W::In>& loops, OnLoop&& on_loop) {
-  const std::span<const LoopRow<typename W::In>> rows = loops.rows;
-  for (size_t from = 0, to = 0; from < rows.size(); from = to) {
-    const int loop = rows[from].loop;
-    while (to < rows.size() && rows[to].loop == loop) ++to;
-    on_loop(rows.subspan(from, to - from), loop_joint(model, work, cluster, loop), loops.poses[static_cast<size_t>(loop)]);
-  }
+  const LoopRow<typename W::In>* const rows = loops.rows.data();
+  for (const auto& run : loops.runs)
+    on_loop(std::span(rows + run.from, static_cast<size_t>(run.count)), loop_joint(model, work, cluster, run.loop),
+            loops.poses[static_cast<size_t>(run.loop)]);
 }
 
 // The partition's rows of G: the inverse of their columns dep into Gd, with all columns E too.
@@ -789,7 +794,7 @@ FLEXFRAME_INLINE void factorise_closure(const Model& model, int cluster, W& work
   const Cluster& c = model.clusters[cluster];
   ClusterWork& cw = work.clusters[cluster];
   LoopMotion<S>& loops = work.loops[cluster];
-  update_rows(model, work, cluster, loops);
+  update_rows(loops);
   const Eigen::Index nd = static_cast<Eigen::Index>(cw.partition.dep.size()), ni = static_cast<Eigen::Index>(cw.partition.ind.size());
   static thread_local std::vector<double> G;
   const size_t entries = static_cast<size_t>(nd * (nd + ni));
@@ -813,9 +818,10 @@ FLEXFRAME_INLINE void factorise_closure(const Model& model, int cluster, W& work
       });
   if (cw.Gd.rows() != nd) cw.Gd.resize(nd, nd);
   double* to = cw.Gd.data();
-  for (Eigen::Index d = 0; d < nd; ++d, to += nd) {
-    const double* const from = independent - (1 + d) * nd;
-    for (Eigen::Index r = 0; r < nd; ++r) to[r] = from[r];
+  if (nd == 2) {
+    to[0] = independent[-2], to[1] = independent[-1], to[2] = independent[-4], to[3] = independent[-3];
+  } else {
+    for (Eigen::Index d = 0; d < nd; ++d, to += nd) copy_fours(independent - (1 + d) * nd, nd, to);
   }
   // A singular one leaves nothing finite, and the loop is found to stay open.
   if (!invert(cw.Gd)) cw.Gd.setConstant(std::numeric_limits<double>::infinity());
@@ -897,13 +903,13 @@ template <class W>
 FLEXFRAME_INLINE void close_loops(const Model& model, int cluster, W& work, bool rates) {
   const Cluster& c = model.clusters[cluster];
   ClusterWork& cw = work.clusters[cluster];
-  update_cluster_frames(model, cluster, work);
-  update_cluster_chain(model, cluster, work);
+  bend_frames(model, cluster, work);
+  place_chain(model, cluster, 0, work);
   const Partition& part = cw.partition;
   const PartitionPlan& plan = plan_of(model, cluster, cw);
   const int nd = static_cast<int>(part.dep.size());
   const auto update_jacobians = [&]() {
-    for (int f : c.frames) update_frame_jacobian(model, f, work);
+    for (int f : work.carrying.bent[static_cast<size_t>(cluster)]) update_frame_jacobian(model, f, work);
   };
   if (nd == 0) {
     if (rates) update_jacobians();
@@ -930,13 +936,17 @@ FLEXFRAME_INLINE void close_loops(const Model& model, int cluster, W& work, bool
       factorise_closure(model, cluster, work, {whole, elastic || whole});
       fresh = true;
     }
-    multiply_into(cw.Gd, cw.res, cw.step);
+    multiply_into(cw.Gd, cw.res.data(), cw.step);
     ++work.closure_iterations;
     // Size of the step in metres; elastic coordinates count by the closure error they mend. No scale is larger than `largest`.
     const double largest = std::max(1.0, c.size);
-    double size = open, moved = 0.0;
-    for (int k = 0; k < nd; ++k) moved = std::max(moved, std::abs(cw.step[k]));
-    if (!cw.step.allFinite()) size = std::numeric_limits<double>::infinity();
+    double size = open, moved = 0.0, sum = 0.0;
+    for (int k = 0; k < nd; ++k) {
+      const double step = std::abs(cw.step[k]);
+      sum += step;
+      moved = std::max(moved, step);
+    }
+    if (!std::isfinite(sum)) size = std::numeric_limits<double>::infinity();
     else if (size <= closed * c.size && moved * largest <= closed * c.size) break;
     else
       for (int k = 0; k < nd; ++k) size = std::max(size, std::abs(cw.step[k]) * rate_scale(model, cluster, part.dep[k]));
@@ -1043,31 +1053,39 @@ FLEXFRAME_INLINE void close_rates(const Model& model, int cluster, W& work, bool
     update_cluster_velocities(model, cluster, work);
     return;
   }
-  VecX& rhs = cw.res;
-  rhs.resize(nd);
-  cw.ind_rate.resize(ni);
-  for (int k = 0; k < ni; ++k) cw.ind_rate[k] = work.w[c.v0 + part.ind[k]];
-  const VecX& ind = cw.ind_rate;
+  double* const w = work.w.data() + c.v0;
+  const double* ind = w;
+  if (cw.plan.runs.size() == 1) {
+    ind += cw.plan.runs.front().first;
+  } else {
+    cw.ind_rate.resize(ni);
+    for (int k = 0; k < ni; ++k) cw.ind_rate[k] = w[part.ind[k]];
+    ind = cw.ind_rate.data();
+  }
   multiply_into(cw.E, ind, cw.step);
   VecX& dep = cw.step;
-  cw.e0.setZero(nd);
   if (cw.carried > 0 || work.carrying.follows[static_cast<size_t>(cluster)]) {
     update_driven_rates(model, cluster, work);
-    for (int i = 0; i < nd; ++i) rhs[i] = -cw.rate[i];
+    VecX& rate = cw.rate;
     if (cw.carried > 0) {
       const int loop_rows = closure_row_count(model, work, cluster) - static_cast<int>(cw.locked.size());
       for (int i = 0; i < nd; ++i)
-        if (const int lock = part.rows[i] - loop_rows; lock >= 0 && lock < cw.carried) rhs[i] += cw.lock_rate[lock];
+        if (const int lock = part.rows[i] - loop_rows; lock >= 0 && lock < cw.carried) rate[i] -= cw.lock_rate[lock];
     }
-    multiply_into(cw.Gd, rhs, cw.e0);
-    dep += cw.e0;
+    multiply_into(cw.Gd, rate.data(), cw.e0);
+    for (int k = 0; k < nd; ++k) {
+      cw.e0[k] = -cw.e0[k];
+      dep[k] += cw.e0[k];
+    }
+  } else {
+    cw.e0.setZero(nd);
   }
-  for (int k = 0; k < nd; ++k) work.w[c.v0 + part.dep[k]] = dep[k];
+  for (int k = 0; k < nd; ++k) w[part.dep[k]] = dep[k];
   update_cluster_velocities(model, cluster, work);
   if (!for_accelerations) return;
   closure_rates(model, cluster, work, work.loops[cluster]);
-  rhs = -cw.bias;
-  multiply_into(cw.Gd, rhs, cw.gamma);
+  multiply_into(cw.Gd, cw.bias.data(), cw.gamma);
+  for (int k = 0; k < nd; ++k) cw.gamma[k] = -cw.gamma[k];
 }
 
 FLEXFRAME_WIDE void wide_close_rates(const Model& model, int cluster, Work& work, bool for_accelerations) {

@@ -31,14 +31,7 @@ bool deformation_closes(const Model& model, const Partition& partition, int clus
 // once its positions are closed.
 void make_plan(const Model& model, int cluster, ClusterWork& cw);
 inline const PartitionPlan& plan_of(const Model& model, int cluster, ClusterWork& cw) {
-  const auto same = [](const std::vector<int>& a, const std::vector<int>& b) {
-    // Most often they are two: a loop or a library's comparison costs more.
-    if (a.size() == 2 && b.size() == 2) return a[0] == b[0] && a[1] == b[1];
-    return a == b;
-  };
-  const PartitionPlan& plan = cw.plan;
-  const Partition& now = cw.partition;
-  if (plan.made == 0 || plan.ind != now.ind.size() || !same(plan.dep, now.dep) || !same(plan.rows, now.rows)) make_plan(model, cluster, cw);
+  if (cw.partition.plan == 0 || cw.partition.plan != cw.plan.made) make_plan(model, cluster, cw);
   return cw.plan;
 }
 

@@ -3,6 +3,7 @@
 #include "sim/base/eigen_solvers.h"
 #include "sim/base/four.h"
 #include "sim/base/sized.h"
+#include "sim/bodies/rigid_terms.h"
 #include "sim/dynamics/closure.h"
 #include "sim/dynamics/few_rates.h"
 #include "sim/dynamics/flexures.h"
@@ -52,7 +53,8 @@ FLEXFRAME_INLINE void start_composites(const Model& model, W& work) {
     const int i = static_cast<int>(at);
     auto& p = work.parts[at];
     const auto& body = kinetic_body(model, work, i);
-    update_velocity_terms(body, p.V, p.qd, p.terms);
+    if (body.n == 0 && !body.rod) rigid_velocity_terms(p.V, p.terms);
+    else update_velocity_terms(body, p.V, p.qd, p.terms);
     p.Mrr = p.terms.Mrr;
     p.fr = p.terms.cr - p.load;
     const typename W::In::Twist A0 = weightless ? p.A0 : falling(model, work, i);
@@ -71,7 +73,7 @@ FLEXFRAME_INLINE void start_composites(const Model& model, W& work) {
     else if (j.nv == 1) p.tau[0] = 0.0;
     else p.tau.setZero();
   }
-  add_flexure_moments(model, work);
+  if (!model.flexures.empty()) add_flexure_moments(model, work);
 }
 
 // Adds the inertia I and the force f, both at a frame (frame axes), to the composite of the frame's part.
@@ -380,8 +382,10 @@ void update_expressions(Model& model, double t, Work& work) {
   work.time = t;
   for (const Load& load : model.loads)
     if (load.expression >= 0) work.expression_value[load.expression] = model.expressions[load.expression].value(t);
-  for (const Part& part : model.parts)
-    if (part.joint.motion >= 0) work.motion[part.joint.motion] = model.expressions[part.joint.motion].jet(t);
+  for (const int i : work.carrying.following) {
+    const int motion = model.parts[i].joint.motion;
+    work.motion[motion] = model.expressions[motion].jet(t);
+  }
   if (work.expression_rate.empty()) return;  // nobody asked for them
   for (const Load& load : model.loads)
     if (load.expression >= 0 && !load.table) work.expression_rate[load.expression] = model.expressions[load.expression].jet(t).rate;
@@ -413,9 +417,8 @@ template <class W>
 void update_positions(const Model& model, W& work, bool elastic_masses) {
   place_clusters(model, work, true);
   // Of rigid parts it never changes (reserve).
-  for (size_t i = 0; i < model.parts.size(); ++i)
-    if (model.parts[i].body.n > 0)
-      update_mass(kinetic_body(model, work, static_cast<int>(i)), work.parts[i].q, work.parts[i].terms, elastic_masses);
+  for (const int i : work.carrying.deforming)
+    update_mass(kinetic_body(model, work, i), work.parts[i].q, work.parts[i].terms, elastic_masses);
 }
 
 template <class W>
@@ -595,7 +598,7 @@ FLEXFRAME_INLINE void accelerate(const Model& model, W& work, bool rates_alone) 
       solve_link(model, k, work);
       continue;
     }
-    update_base_acceleration(model, k, work);
+    if (!stands_on_ground(model, k)) update_base_acceleration(model, k, work);
     work.clusters[k].fed_known = false;
     const bool solved = (way[k] == By::few && solve_few(model, k, work)) || (way[k] == By::reduced && solve_reduced(model, k, work));
     if (!solved) {

@@ -51,7 +51,10 @@ struct Moved {
   PerRate<S, Fours> twists;
   typename S::Twist made;
   typename S::Twist driven;  // its twist while all independent rates rest and prescribed motions go on
-  bool follows = false;      // none of these is needed (mark_followers)
+  // How it adds to the matrix: not at all; as a rigid part that moves by independent rates of its own joint on ground alone (add_alone); as
+  // one on ground that carries nothing and moves by one dependent rate (add_follower: pistons, sliders); as parts do (add_part).
+  enum class By : char { rests, alone, follower, twists };
+  By by = By::twists;
 };
 
 template <class W, int Fours>
@@ -84,14 +87,32 @@ struct FewRates {
         place(cw.plan.place.data()),
         driven(at.carrying.driven) {}
 
+  // Calls with(number of rates), a constant.
+  template <class With>
+  FLEXFRAME_INLINE void by_rates(const With& with) const {
+    constexpr int before = 4 * (Fours - 1);
+    switch (rates - before) {
+      case 1:
+        return with(std::integral_constant<int, before + 1>());
+      case 2:
+        return with(std::integral_constant<int, before + 2>());
+      case 3:
+        return with(std::integral_constant<int, before + 3>());
+      default:
+        return with(std::integral_constant<int, before + 4>());
+    }
+  }
+
   FLEXFRAME_INLINE void list_rates() {
     const Eigen::Index nd = static_cast<Eigen::Index>(cw.partition.dep.size());
-    for (Eigen::Index d = 0; d < nd; ++d) {
-      double* const row = reinterpret_cast<double*>(dependent[d]);
-      for (int k = rates & ~3; k < padded; ++k) row[k] = 0.0;
-      const double* e = &cw.E(d, 0);
-      for (int k = 0; k < rates; ++k, e += nd) row[k] = *e;
-    }
+    by_rates([&](auto n) __attribute__((always_inline)) {
+      for (Eigen::Index d = 0; d < nd; ++d) {
+        for (int f = 0; f < Fours; ++f) dependent[d][f] = Four{};
+        double* const row = reinterpret_cast<double*>(dependent[d]);
+        const double* e = cw.E.data() + d;
+        for (int k = 0; k < n(); ++k, e += nd) row[k] = *e;
+      }
+    });
   }
 
   // Twists of part i; of what carries it they come first.
@@ -99,7 +120,7 @@ struct FewRates {
     const Part& part = model.parts[i];
     const auto& p = work.parts[i];
     Moved<S, Fours>& out = moved[i];
-    if (hangs_inside(model, i)) {
+    if (work.carrying.inside[i]) {
       const Moved<S, Fours>& carrier = moved[part.parent];
       set_to_child(p.in_carrier, carrier.twists, out.twists);
       out.made = to_child(p.in_carrier, carrier.made);
@@ -135,7 +156,7 @@ struct FewRates {
     const Part& part = model.parts[i];
     const auto& p = work.parts[i];
     Twist& V = moved[i].driven;
-    if (hangs_inside(model, i)) V = to_child(p.in_carrier, moved[part.parent].driven);
+    if (work.carrying.inside[i]) V = to_child(p.in_carrier, moved[part.parent].driven);
     else if (c.parent == ground) V.setZero();
     else V = to_child(p.in_carrier, work.parts[c.parent].V);  // which no coordinate moves, else this cluster would weigh on it
     if (part.joint.motion >= 0) V += p.driven * work.motion[part.joint.motion].rate;
@@ -166,8 +187,7 @@ struct FewRates {
         });
   }
 
-  // Whether a rigid part moves by independent rates of its own joint on ground alone.
-  FLEXFRAME_INLINE bool stands_alone(int i) const {
+  bool stands_alone(int i) const {
     const Part& part = model.parts[i];
     if (part.parent != ground || part.body.n > 0 || part.joint.motion >= 0) return false;
     for (int k = 0; k < part.joint.nv; ++k)
@@ -186,14 +206,15 @@ struct FewRates {
     }
   }
 
-  // Marks rigid parts on ground that carry nothing and move by one dependent rate alone: pistons, sliders.
-  FLEXFRAME_INLINE void mark_followers(std::vector<Moved<S, Fours>>& moved) const {
+  void mark_parts(std::vector<Moved<S, Fours>>& moved) const {
+    using By = typename Moved<S, Fours>::By;
     for (int i : c.parts) {
       const Part& part = model.parts[i];
       const bool inside = hangs_inside(model, i);
-      if (inside) moved[part.parent].follows = false;
-      moved[i].follows =
-          !inside && part.parent == ground && part.joint.nv == 1 && part.body.n == 0 && part.joint.motion < 0 && place[part.v0 - c.v0] < 0;
+      if (inside && moved[part.parent].by == By::follower) moved[part.parent].by = By::twists;
+      const bool follows =
+          part.parent == ground && part.joint.nv == 1 && part.body.n == 0 && part.joint.motion < 0 && place[part.v0 - c.v0] < 0;
+      moved[i].by = !work.carrying.moves[i] ? By::rests : stands_alone(i) ? By::alone : follows ? By::follower : By::twists;
     }
   }
   // move, add_part and feed of such a one: its inertia and its force along that rate are numbers.
@@ -204,10 +225,12 @@ struct FewRates {
     const double inertia = momentum.dot(twist), force = twist.dot(p.fr) + inertia * cw.gamma[d] - p.tau[0];
     const Four* const e = dependent[d];
     for (int f = 0; f < Fours; ++f) four(h + 4 * f).v -= e[f] * force;
-    for (int j = 0; j < rates; ++j) {
-      const double factor = inertia * reinterpret_cast<const double*>(e)[j];
-      for (int f = j / 4; f < Fours; ++f) four(D + j * padded + 4 * f).v += e[f] * factor;
-    }
+    by_rates([&](auto n) __attribute__((always_inline)) {
+      for (int j = 0; j < n(); ++j) {
+        const double factor = inertia * reinterpret_cast<const double*>(e)[j];
+        for (int f = j / 4; f < Fours; ++f) four(D + j * padded + 4 * f).v += e[f] * factor;
+      }
+    });
     if (!driven) return;
     power += cw.e0[d] * force;
     for (int f = 0; f < Fours; ++f) per_rate[f] += e[f] * (inertia * cw.e0[d]);
@@ -234,12 +257,14 @@ struct FewRates {
       by_count(
           part.body.n, [&](auto count) __attribute__((always_inline)) { add_elastic<count()>(i, at, momenta); });
     if (driven) feed(at.driven, force, momenta);
-    for (int j = 0; j < rates; ++j)
-      for (int f = j / 4; f < Fours; ++f) {
-        Four sum = four(D + j * padded + 4 * f).v;
-        for (int r = 0; r < components; ++r) sum += momenta.of[r][f] * (reinterpret_cast<const double*>(T.of[r])[j]);
-        four(D + j * padded + 4 * f).v = sum;
-      }
+    by_rates([&](auto n) __attribute__((always_inline)) {
+      for (int j = 0; j < n(); ++j)
+        for (int f = j / 4; f < Fours; ++f) {
+          Four sum = four(D + j * padded + 4 * f).v;
+          for (int r = 0; r < components; ++r) sum += momenta.of[r][f] * (reinterpret_cast<const double*>(T.of[r])[j]);
+          four(D + j * padded + 4 * f).v = sum;
+        }
+    });
     for (int k = 0; k < part.joint.nv; ++k) {
       const int on = place[part.v0 - c.v0 + k];
       if (on >= 0) h[on] += p.tau[k];
@@ -258,7 +283,7 @@ struct FewRates {
     for (int k = 0; k < n; ++k) {
       const auto m = column(p.Mre, k);
       double* const d = D + std::ptrdiff_t{padded} * (first + k);
-      for (std::ptrdiff_t f = (first + k) / 4; f < Fours; ++f) {
+      for (std::ptrdiff_t f = Fours > 1 ? (first + k) / 4 : 0; f < Fours; ++f) {
         Four sum = four(d + 4 * f).v;
         for (int r = 0; r < components; ++r) sum += at.twists.of[r][f] * m[r];
         four(d + 4 * f).v = sum;
@@ -279,20 +304,21 @@ struct FewRates {
 
   FLEXFRAME_INLINE bool factorise() {
     if (cw.inertia.size() != rates) cw.inertia.resize(rates);
-    for (int k = 0; k < rates; ++k) cw.inertia[k] = D[k * (padded + 1)];
+    double* const inertia = cw.inertia.data();
+    by_rates([&](auto n) __attribute__((always_inline)) {
+      for (int k = 0; k < n(); ++k) inertia[k] = D[k * (padded + 1)];
+    });
     for (int k = rates; k < padded; ++k) {
       std::fill_n(D + k * padded, padded, 0.0);
       D[k * (padded + 1)] = 1.0;
       h[k] = 0.0;
     }
-    if (!factorise_filled(D, rates, padded)) return false;
+    if (!factorise_columns(D, padded, padded)) return false;
     if (cw.L.rows() != rates) cw.L.resize(rates, rates);
-    for (int k = 0; k < rates; ++k) {
-      double* const l = &cw.L(0, k);
-      int row = 0;
-      for (; row + 4 <= rates; row += 4) four(l + row).v = four(D + k * padded + row).v;
-      for (; row < rates; ++row) l[row] = D[k * padded + row];
-    }
+    double* const L = cw.L.data();
+    by_rates([&](auto n) __attribute__((always_inline)) {
+      for (int k = 0; k < n(); ++k) copy_fours(D + k * padded, n(), L + k * n());
+    });
     return true;
   }
 
@@ -302,20 +328,23 @@ struct FewRates {
     list_rates();
     std::fill_n(D, padded * padded, 0.0);
     std::fill_n(h, padded, 0.0);
-    mark_followers(moved);
+    static thread_local int marked = 0;
+    if (marked != cw.plan.made) mark_parts(moved);
+    marked = cw.plan.made;
+    using By = typename Moved<S, Fours>::By;
     for (int i : c.parts)
-      if (!moved[i].follows) move(i, moved);
-    for (int i : c.parts)
-      if (work.carrying.moves[i]) {
-        if (stands_alone(i)) add_alone(i);
-        else if (moved[i].follows) add_follower(i);
-        else add_part(i, moved[i]);
-      } else if (driven) {
+      if (moved[i].by != By::follower) move(i, moved);
+    for (int i : c.parts) {
+      if (moved[i].by == By::twists) add_part(i, moved[i]);
+      else if (moved[i].by == By::follower) add_follower(i);
+      else if (moved[i].by == By::alone) add_alone(i);
+      else if (driven) {
         const auto& p = work.parts[i];
         power += moved[i].driven.dot(p.fr + p.Mrr.lazyProduct(moved[i].made));
       }
+    }
     if (!factorise()) return false;
-    solve_filled(D, padded, h);
+    solve_columns(D, padded, h);
     cw.whole = false;
     if (driven) {
       for (int f = 0; f < Fours; ++f) {
@@ -325,14 +354,18 @@ struct FewRates {
       cw.fed = power;
       cw.fed_known = true;
     }
-    for (int k = 0; k < rates; ++k) work.wdot[c.v0 + cw.partition.ind[k]] = h[k];
+    double* const wdot = work.wdot.data() + c.v0;
+    const int* const ind = cw.partition.ind.data();
+    by_rates([&](auto n) __attribute__((always_inline)) {
+      for (int k = 0; k < n(); ++k) wdot[ind[k]] = h[k];
+    });
     for (size_t d = 0; d < cw.partition.dep.size(); ++d) {
       double a = cw.gamma[static_cast<Eigen::Index>(d)];
       for (int f = 0; f < Fours; ++f) {
         const Four s = dependent[d][f] * four(h + 4 * f).v;
         a += (s[0] + s[1]) + (s[2] + s[3]);
       }
-      work.wdot[c.v0 + cw.partition.dep[d]] = a;
+      wdot[cw.partition.dep[d]] = a;
     }
     return true;
   }

@@ -1,8 +1,10 @@
 #include "sim/dynamics/kinematics.h"
 
+#include "sim/base/sine_cosine.h"
 #include "sim/base/sized.h"
 #include "sim/base/wide.h"
 #include "sim/bodies/rod_axis.h"
+#include "sim/dynamics/chain.h"
 #include "sim/dynamics/plane_frames.h"
 #include "sim/dynamics/signals.h"
 
@@ -46,10 +48,19 @@ Carrying find_carrying(const Model& model) {
   out.moves.assign(model.parts.size(), 0);
   for (size_t i = 0; i < model.parts.size(); ++i) {
     const Part& part = model.parts[i];
-    out.moves[i] = part.joint.nv + part.body.n > 0 || (part.parent != ground && out.moves[part.parent]);
+    const TreeJoint& joint = part.joint;
+    const int at = static_cast<int>(i);
+    out.moves[i] = joint.nv + part.body.n > 0 || (part.parent != ground && out.moves[part.parent]);
     if (part.parent != ground && model.parts[part.parent].body.n > 0) out.elastic[part.parent] = 1;
-    out.driven = out.driven || part.joint.motion >= 0;
+    out.inside.push_back(hangs_inside(model, at));
+    if (part.body.n > 0) out.deforming.push_back(at);
+    if (joint.motion >= 0) out.following.push_back(at);
+    if (joint.nv > 0 && (joint.spring || joint.stop || joint.friction)) out.resisting.push_back(at);
+    if (part.body.De.size() > 0) out.damped.push_back(at);
   }
+  out.driven = !out.following.empty();
+  out.loaded = !model.loads.empty() || !model.works.empty() || !model.signals.empty() || !model.functions.empty() ||
+               !model.blocks.empty() || std::any_of(model.loops.begin(), model.loops.end(), [](const LoopJoint& l) { return l.spring; });
   for (const Cluster& c : model.clusters) {
     const Part& part = model.parts[c.parts.front()];
     out.link.push_back(c.parts.size() == 1 && !has_closure(c) && part.body.n == 0 && part.joint.nv == 1);
@@ -98,12 +109,18 @@ Work make_work(const Model& model) {
       if (h.size() > 0 || node.along.size() > 0) fw.phi2q = Eigen::MatrixX3d::Zero(body.n, 3);
     fw.scratch = VecX::Zero(body.n);
   }
-  work.carrying.fixed.assign(model.parts.size(), 0);
+  for (const Cluster& c : model.clusters) {
+    work.carrying.bent.emplace_back();
+    std::copy_if(c.frames.begin(), c.frames.end(), std::back_inserter(work.carrying.bent.back()),
+                 [&](int frame) { return work.frames[frame].flexible; });
+  }
+  work.carrying.fixed.assign(model.parts.size(), Carrying::moving);
   for (size_t i = 0; i < model.parts.size(); ++i) {
     const TreeJoint& j = model.parts[i].joint;
     const FrameWork& outboard = work.frames[j.outboard];
     if (outboard.flexible || !has_constant_twists(j)) continue;
-    work.carrying.fixed[i] = 1;
+    const bool at_body = outboard.pose.R == Mat3::Identity() && outboard.pose.p.isZero(0.0);
+    work.carrying.fixed[i] = at_body ? Carrying::at_body : Carrying::constant;
     set_fixed_twists(model.parts[i], j, outboard.pose, work.parts[i]);
   }
   for (size_t i = 0; i < model.clusters.size(); ++i) {
@@ -212,8 +229,12 @@ FLEXFRAME_INLINE void pose_frame(const PlaneFrame& f, const VecX& q, FrameMotion
     multiply_sized<N>(node.phi2[a], q.data(), &fm.phi2q(0, a));
     at[a] += 0.5 * component_of<N>(fm.phi2q, a).dot(x);
   }
-  fm.pose = {std::cos(angle), std::sin(angle), at};
-  if (!f.offset.isZero(0.0)) fm.pose.p += turn(PlanePose{std::cos(turned), std::sin(turned), Vec2::Zero()}, f.offset);
+  fm.pose.p = at;
+  sine_cosine(angle, fm.pose.s, fm.pose.c);
+  if (f.offset.isZero(0.0)) return;
+  PlanePose of_node;
+  sine_cosine(turned, of_node.s, of_node.c);
+  fm.pose.p += turn(of_node, f.offset);
 }
 
 template <int N>
@@ -402,36 +423,11 @@ void update_frame_velocity(const Model& model, int frame, W& work) {
 
 template <class W>
 void update_cluster_frames(const Model& model, int cluster, W& work) {
-  const Cluster& c = model.clusters[cluster];
-  for (int i : c.parts) {
-    const Part& part = model.parts[i];
-    if (part.body.n > 0) copy_few(work.q.data() + part.eq0, part.body.n, work.parts[i].q.data());
-  }
-  for (int f : c.frames) update_frame_pose(model, f, work);
+  bend_frames(model, cluster, work);
 }
 
 namespace {
 
-template <class W>
-FLEXFRAME_INLINE void place_chain(const Model& model, int cluster, size_t first, W& work) {
-  const Cluster& c = model.clusters[cluster];
-  size_t entry = 0;
-  for (size_t at = 0; at < first; ++at) entry += !hangs_inside(model, c.parts[at]);
-  for (size_t at = first; at < c.parts.size(); ++at) {
-    const int i = c.parts[at];
-    const Part& part = model.parts[i];
-    auto& p = work.parts[i];
-    const TreeJoint& j = part.joint;
-    update_joint_position(tree_joint(model, work, i), j.motion >= 0 ? &work.motion[j.motion].value : work.q.data() + part.q0, p.joint);
-    p.step = compose(p.joint.pose, inverse(work.frames[j.outboard].pose));
-    if (!hangs_inside(model, i)) {
-      p.in_base = compose(entry_pose(model, work, cluster, entry++), p.step);
-      continue;
-    }
-    p.in_carrier = compose(work.frames[j.inboard].pose, p.step);
-    p.in_base = compose(work.parts[part.parent].in_base, p.in_carrier);
-  }
-}
 FLEXFRAME_WIDE void wide_place_chain(const Model& model, int cluster, size_t first, Work& work) {
   place_chain(model, cluster, first, work);
 }
@@ -470,9 +466,9 @@ FLEXFRAME_INLINE void seat_part(const Model& model, int i, W& work) {
   using Twist = typename W::In::Twist;
   const Part& part = model.parts[i];
   auto& p = work.parts[i];
-  if (!hangs_inside(model, i)) p.in_carrier = compose(work.frames[carrying_frame(model, work, i)].pose, p.in_base);
+  if (!work.carrying.inside[static_cast<size_t>(i)]) p.in_carrier = compose(work.frames[carrying_frame(model, work, i)].pose, p.in_base);
   const auto& o = work.frames[part.joint.outboard];
-  if (!work.carrying.fixed[static_cast<size_t>(i)]) {
+  if (work.carrying.fixed[static_cast<size_t>(i)] == Carrying::moving) {
     for (int k = 0; k < part.joint.nv; ++k) column(p.Hj, k) = to_parent(o.pose, Twist(p.joint.S.col(k)));
     if (part.joint.motion >= 0) p.driven = to_parent(o.pose, Twist(p.joint.S.col(0)));
   }
@@ -525,18 +521,21 @@ FLEXFRAME_INLINE void move_parts(const Model& model, int cluster, W& work) {
     const auto& joint = tree_joint(model, work, i);
     // Twist across the joint, in the axes of the body.
     Twist across = Twist::Zero();
+    const bool fixed = work.carrying.fixed[static_cast<size_t>(i)] != Carrying::moving;
     if (j.motion >= 0) {
       const TimeJet& m = work.motion[j.motion];
-      update_joint_velocity(joint, &m.value, &m.rate, p.joint);
-      p.joint.bias += p.joint.S.col(0) * m.acceleration;
+      if (!fixed) {
+        update_joint_velocity(joint, &m.value, &m.rate, p.joint);
+        p.joint.bias += p.joint.S.col(0) * m.acceleration;
+      }
       across = p.driven * m.rate;
     } else {
-      update_joint_velocity(joint, work.q.data() + part.q0, work.w.data() + part.v0, p.joint);
+      if (!fixed) update_joint_velocity(joint, work.q.data() + part.q0, work.w.data() + part.v0, p.joint);
       for (int k = 0; k < j.nv; ++k) across += column(p.Hj, k) * work.w[part.v0 + k];
     }
     p.V = across;
-    const bool inside = hangs_inside(model, i);
-    const int at = carrying_frame(model, work, i);
+    const bool inside = work.carrying.inside[static_cast<size_t>(i)];
+    const int at = inside ? j.inboard : c.base;
     const auto& in = work.frames[at];
     if (part.parent != ground) {
       p.V += to_child(p.in_carrier, work.parts[part.parent].V);
@@ -552,6 +551,9 @@ FLEXFRAME_INLINE void move_parts(const Model& model, int cluster, W& work) {
       p.V -= to_parent(out.pose, out.W);
       finish_frame_velocity(model, j.outboard, work);
       p.own = to_parent(out.pose, Twist(p.joint.bias - bracket(p.joint.W, out.V) - out.bias));
+    } else if (fixed) {
+      p.own = -bracket(across, p.V);
+      if (j.motion >= 0) p.own += p.driven * work.motion[j.motion].acceleration;
     } else {
       p.own = to_parent(out.pose, p.joint.bias) - bracket(across, p.V);
     }
@@ -633,15 +635,6 @@ typename W::In::Pose frame_world(const Model& model, const W& work, int frame) {
   return f.part == ground ? local : compose(work.parts[f.part].world, local);
 }
 
-template <class W>
-typename W::In::Pose frame_in_base(const Model& model, const W& work, int cluster, int frame) {
-  const FramePoint& f = model.frames[frame];
-  const Cluster& c = model.clusters[cluster];
-  const auto& local = work.frames[frame].pose;
-  if (f.part != ground && model.parts[f.part].cluster == cluster) return compose(work.parts[f.part].in_base, local);
-  return compose(inverse(work.frames[c.base].pose), local);
-}
-
 Pose shown_pose(const Model& model, int part, Work& work) {
   const ShownFrame& shown = model.parts[part].shown;
   if (!shown.differs) return {};
@@ -709,7 +702,6 @@ void project_wrench(const Model& model, const W& work, int cluster, const std::t
   template void update_cluster_accelerations(const Model&, int, W&);                \
   template typename W::In::Twist carried_acceleration(const Model&, const W&, int); \
   template typename W::In::Pose frame_world(const Model&, const W&, int);           \
-  template typename W::In::Pose frame_in_base(const Model&, const W&, int, int);    \
   template void project_wrench(const Model&, const W&, int, const WrenchAt<W>&, bool, VecX&);
 FLEXFRAME_FOR(Work)
 FLEXFRAME_FOR(PlaneWork)

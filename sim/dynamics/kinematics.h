@@ -51,7 +51,12 @@ template <class W>
 typename W::In::Pose frame_world(const Model& model, const W& work, int frame);
 // Pose of a frame in the base frame of a cluster to which it belongs, or to whose parent it is fixed.
 template <class W>
-typename W::In::Pose frame_in_base(const Model& model, const W& work, int cluster, int frame);
+typename W::In::Pose frame_in_base(const Model& model, const W& work, int cluster, int frame) {
+  const FramePoint& f = model.frames[frame];
+  const auto& local = work.frames[frame].pose;
+  if (f.part != ground && model.parts[f.part].cluster == cluster) return compose(work.parts[f.part].in_base, local);
+  return compose(inverse(work.frames[model.clusters[cluster].base].pose), local);
+}
 
 // Pose, in the part's body frame, of the frame in which its deformation is shown (identity where the two are one). Refreshes the
 // frames of root and tip.

@@ -363,6 +363,11 @@ void visit_loads(const Model& model, W& work, const OnFrame& on_any, const OnLen
 
 template <class W>
 void update_loads(const Model& model, W& work) {
+  // They are zero from the beginning.
+  if (!work.carrying.loaded) {
+    work.applied = 0.0;
+    return;
+  }
   for (auto& p : work.parts) {
     p.load.setZero();
     if (p.load_e.size() > 0) p.load_e.setZero();
@@ -525,12 +530,11 @@ namespace {
 // Power that the joints' own dampers and stops take out, W, >= 0.
 template <class W>
 double joint_dissipated_power(const Model& model, const W& work) {
-  double power = flexure_power(model, work.w);
-  for (size_t i = 0; i < model.parts.size(); ++i) {
+  double power = model.flexures.empty() ? 0.0 : flexure_power(model, work.w);
+  for (const int i : work.carrying.resisting) {
     const Part& part = model.parts[i];
     const JointWork& at = work.joints[i];
     const TreeJoint& j = part.joint;
-    if (!j.spring && !j.stop && at.friction.size() == 0) continue;
     for (int k = 0; k < j.nv; ++k) {
       const double q = work.q[part.q0 + k], w = work.w[part.v0 + k];
       if (j.spring) power += j.spring->damping * w * w;
@@ -550,7 +554,7 @@ double joint_dissipated_power(const Model& model, const W& work) {
 template <class W>
 double dissipated_power(const Model& model, const W& work) {
   double power = joint_dissipated_power(model, work);
-  for (size_t i = 0; i < model.parts.size(); ++i) {
+  for (const int i : work.carrying.damped) {
     const FlexibleBody& body = model.parts[i].body;
     const auto& p = work.parts[i];
     if (body.De.size() == 0) continue;
@@ -578,7 +582,7 @@ double dissipated_power(const Model& model, const W& work) {
       power += b.rate.dot(load.def.bushing_damping.cwiseProduct(b.rate));
     }
   }
-  power += contact_power(model, work.signals);
+  if (!model.contacts.empty()) power += contact_power(model, work.signals);
   return power;
 }
 

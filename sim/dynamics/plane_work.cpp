@@ -107,7 +107,7 @@ struct Builder {
     PartMotion<Plane> p;
     size_part(part, p);
     reserve(d.bodies.back(), p.terms);
-    if (work.carrying.fixed[i]) set_fixed_twists(part, joint, d.frames[j.outboard].pose, p);
+    if (work.carrying.fixed[i] != Carrying::moving) set_fixed_twists(part, joint, d.frames[j.outboard].pose, p);
     d.parts.push_back(std::move(p));
   }
 

@@ -23,13 +23,6 @@ struct PlaneFrame {
   double offset_angle = 0.0;
 };
 
-// ClosureRow, with what the heights of its frames leave of it.
-struct PlaneRow {
-  ClosureRow::Kind kind = ClosureRow::translation;
-  Vec2 u = Vec2::Zero(), b = Vec2::Zero();
-  double constant = 0.0, height2 = 0.0, length = 0.0;
-};
-
 struct PlaneMotion : Motion<Plane> {
   Mat3 axes = Mat3::Identity();  // of the plane in the world
   Vec2 gravity = Vec2::Zero();

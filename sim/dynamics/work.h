@@ -25,16 +25,15 @@ struct JointWork {
 struct Partition {
   std::vector<int> rows;      // closure rows that are independent
   std::vector<int> ind, dep;  // rates, counted within the cluster
+  int plan = 0;               // PartitionPlan::made of its plan; 0: none yet, as whoever changes one in place has to leave it
 };
 
 // What every evaluation reads of a partition (closure.h: plan_of).
 struct PartitionPlan {
-  int made = 0;                // its number among all: what was made with it holds as long as this stays; 0: not made yet
-  std::vector<int> rows, dep;  // of the partition of which it is
-  size_t ind = 0;              // how many
-  bool deforms = false;        // a deformation is among what closes the loops
-  size_t first = 0;            // of the cluster's parts the first that a dependent rate moves; those before it stay while loops are closed
-  std::vector<int> place;      // per rate of the cluster: its place among the independent ones, or -1 - that among the dependent ones
+  int made = 0;            // its number among all: what was made with it holds as long as this stays; 0: not made yet
+  bool deforms = false;    // a deformation is among what closes the loops
+  size_t first = 0;        // of the cluster's parts the first that a dependent rate moves; those before it stay while loops are closed
+  std::vector<int> place;  // per rate of the cluster: its place among the independent ones, or -1 - that among the dependent ones
   std::vector<std::pair<int, int>> runs;  // of independent rates that follow one another: first, count
 };
 
@@ -98,9 +97,16 @@ struct Carrying {
   std::vector<char> elastic;  // per part: something hangs on it that adds to its elastic mass
   std::vector<char> moves;    // per part: a coordinate moves it (its own, its joint's or one before: else it rests or follows motions)
   std::vector<char> link;     // per cluster: one rigid part on a joint of one rate, as the links of chains are
-  std::vector<char> fixed;    // per part: its joint's twists, Hj and `driven`, are constants (set_fixed_twists)
+  // Per part: its joint's twists, S, Hj and `driven`, are constants (set_fixed_twists); at_body: and its outboard frame is the body frame.
+  enum Fixed : char { moving, constant, at_body };
+  std::vector<Fixed> fixed;
+  std::vector<char> inside;   // per part: hangs_inside
   std::vector<char> follows;  // per cluster: one of its joints follows a prescribed motion
   bool driven = false;        // some joint does
+  bool loaded = false;        // something makes loads on the parts (loads.h), or is read where they are made
+  // Parts whose bodies deform, whose joints follow motions, and whose joints or bodies may take out energy.
+  std::vector<int> deforming, following, resisting, damped;
+  std::vector<std::vector<int>> bent;  // per cluster: those of its frames that move within their parts
 };
 
 struct Rates {
@@ -195,11 +201,30 @@ template <class S>
 struct LoopPose {
   typename S::Pose a, b, relative;
 };
+
+// ClosureRow in a plane, with what the heights of its frames leave of it.
+struct PlaneRow {
+  ClosureRow::Kind kind = ClosureRow::translation;
+  Vec2 u = Vec2::Zero(), b = Vec2::Zero();
+  double constant = 0.0, height2 = 0.0, length = 0.0;
+};
+template <class S>
+struct RowConstants;
+template <>
+struct RowConstants<Space> {
+  using Row = ClosureRow;
+};
+template <>
+struct RowConstants<Plane> {
+  using Row = PlaneRow;
+};
+
 // A row of a loop among those of the partition: its coefficients on the relative velocity (lv) and angular velocity (lw) in the axes of a,
 // and what its unit multiplier does to b, about the base frame's origin in its axes. On a it acts the other way.
 template <class S>
 struct LoopRow {
   int row, loop, at;  // of the partition; which of the cluster's loops, and which of that one's rows
+  typename RowConstants<S>::Row closure;
   typename S::Linear lv;
   typename S::Angular lw;
   typename S::Twist on_b;
@@ -209,6 +234,11 @@ template <class S>
 struct LoopMotion {
   std::vector<LoopPose<S>> poses;  // in the order of the cluster's loops
   std::vector<LoopRow<S>> rows;
+  // Rows of one loop that follow one another: they go their way together.
+  struct Run {
+    int loop, from, count;
+  };
+  std::vector<Run> runs;
   int listed = 0;  // PartitionPlan::made of the rows
 };
 
@@ -229,7 +259,7 @@ Work make_work(const Model& model);
 template <class S>
 void size_part(const Part& part, PartMotion<S>& out);
 // Its joint's twists, Hj or `driven`, where they are constants (Carrying::fixed). outboard: pose of the joint's outboard frame in the
-// part's body frame; Joint: TreeJoint or PlaneJoint.
+// part's body frame; Joint: TreeJoint or PlaneJoint. What the joint's motion has beside, W and bias, stays zero.
 template <class S, class Joint>
 void set_fixed_twists(const Part& part, const Joint& joint, const typename S::Pose& outboard, PartMotion<S>& out) {
   double q[7] = {};

@@ -50,6 +50,18 @@ void update_joint_position(const TreeJoint& joint, const double* q, JointMotion&
   out.pose = inverse(out.pose);
 }
 
+void update_joint_pose(const TreeJoint& joint, const double* q, JointMotion& out) {
+  if (joint.reversed || (joint.kind != JointKind::revolute && joint.kind != JointKind::prismatic))
+    return update_joint_position(joint, q, out);
+  if (joint.kind == JointKind::prismatic) {
+    out.pose.R.setIdentity();
+    out.pose.p = joint.axis * q[0];
+    return;
+  }
+  out.pose.R = Eigen::AngleAxisd(q[0], joint.axis).toRotationMatrix();
+  out.pose.p.setZero();
+}
+
 void update_joint_velocity(const TreeJoint& joint, const double* q, const double* w, JointMotion& out) {
   out.W.setZero();
   for (int i = 0; i < rates_of(joint.kind); ++i) out.W += out.S.col(i) * w[i];

@@ -47,6 +47,8 @@ struct JointAxes {
 };
 JointAxes joint_axes(const Vec3& axis);
 
+// The pose alone, from the coordinates: for joints whose S is constant.
+void update_joint_pose(const TreeJoint& joint, const double* q, JointMotion& out);
 // Fills pose and S from the coordinates (quaternions are normalised here).
 void update_joint_position(const TreeJoint& joint, const double* q, JointMotion& out);
 void update_joint_position(const PlaneJoint& joint, const double* q, JointMotionIn<Plane>& out);

@@ -163,7 +163,7 @@ LeftOut::LeftOut(const System& system, const std::vector<EffectState>& states)
   scene_.outputs = outputs;
   plans_ = plan_outputs(model_, scene_);
   work_ = make_work(model_);
-  work_.carrying.fixed.assign(model_.parts.size(), 0);  // frames of sections are displaced
+  work_.carrying.fixed.assign(model_.parts.size(), Carrying::moving);  // frames of sections are displaced
   sections_ = SectionForces(model_, scene_);
 }
 

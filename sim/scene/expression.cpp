@@ -564,6 +564,11 @@ double Expression::value(double t) const {
 }
 
 TimeJet Expression::jet(double t) const {
+  // A number times t, as motions most often are.
+  if (code_.size() == 3 && code_[0].op == Op::number && code_[1].op == Op::time && code_[2].op == Op::multiply) {
+    const double speed = code_[0].number;
+    if (std::isfinite(speed * t)) return {speed * t, speed, 0.0};
+  }
   const expression::Jet time(t, 1.0, 0.0);
   using expression::Jet;
   const Jet result = frozen_.empty()

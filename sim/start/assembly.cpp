@@ -479,7 +479,8 @@ void assemble_rates(const Model& model, const Scene& scene, Work& work, Notes& n
     Partition all = chosen;
     all.rows.resize(closure_row_count(model, work, cluster));
     for (size_t r = 0; r < all.rows.size(); ++r) all.rows[r] = static_cast<int>(r);
-    work.clusters[k].partition.rows = all.rows;
+    all.plan = 0;
+    work.clusters[k].partition = all;
     update_cluster_velocities(model, cluster, work);
     update_closure_rates(model, cluster, work);
     work.clusters[k].partition = chosen;
