@@ -53,6 +53,7 @@ class Factors {
       definite_ = std::move(definite);
       return true;
     }
+    definite_.reset();
     lu_ = K + damping * MatX::Identity(K.rows(), K.cols());
     return factorise(lu_, order_) > 0.0;
   }
@@ -75,6 +76,8 @@ Found search(StaticProblem& p, const Sought& what, Way way, StaticSolution& out)
   std::vector<Direction> along;
   // A step of a tenth of what the differences take changes it by less than they err.
   constexpr double little = 1e-7;
+  Factors factors;  // of that stiffness with the damping
+  bool factorised = false;
   double damping = 0.0, last = -1.0;
   for (int iteration = 0; iteration < (way == Way::downhill ? 400 : 50); ++iteration) {
     p.find_directions(what);
@@ -91,13 +94,16 @@ Found search(StaticProblem& p, const Sought& what, Way way, StaticSolution& out)
       if (serves) found.tangent = std::move(K);
       return found;
     }
-    if (!serves && !p.stiffness(K)) return found;
+    if (!serves) {
+      if (!p.stiffness(K)) return found;
+      factorised = false;
+    }
     along = p.sought;
     ++out.iterations;
     const MatX S = 0.5 * (K + K.transpose());
     const double stiffest = std::max(S.diagonal().cwiseAbs().maxCoeff(), p.rest.scale / p.model.size);
     std::optional<Cholesky> definite;  // the factors of S with its damping
-    for (int attempt = 0; way == Way::downhill && attempt < 60; ++attempt) {
+    for (int attempt = 0; !factorised && way == Way::downhill && attempt < 60; ++attempt) {
       definite.emplace(S + damping * MatX::Identity(n, n));
       if (definite->info() == Eigen::Success) break;
       definite.reset();
@@ -105,9 +111,9 @@ Found search(StaticProblem& p, const Sought& what, Way way, StaticSolution& out)
       // What turns freely has no stiffness but its rounding, of either sign.
       found.crossed = found.crossed || damping > 2.0 * rounding_of_stiffness * stiffest;
     }
-    Factors factors;
     VecX x(n), follows(n);
-    if (!factors.make(K, S, damping, std::move(definite))) return found;
+    if (!factorised && !factors.make(K, S, damping, std::move(definite))) return found;
+    factorised = true;
     factors.solve(f, x);
     if (!x.allFinite()) return found;
     const double longest = x.cwiseAbs().maxCoeff(&found.worst);
@@ -151,9 +157,13 @@ Found search(StaticProblem& p, const Sought& what, Way way, StaticSolution& out)
       if (found.rest || way == Way::nearest || damping > 1e3 * stiffest) return found;
       damping = std::max(100.0 * damping, 1e-9 * stiffest);
       serves = true;
+      factorised = false;
       continue;
     }
-    damping *= share > 0.4 ? 0.1 : 1.0;
+    if (share > 0.4 && damping > 0.0) {
+      damping *= 0.1;
+      factorised = false;
+    }
     for (const Direction& d : p.sought) {
       const Part& part = p.model.parts[d.part];
       if (d.rate >= 0 && std::abs(p.work.q[part.q0]) > 1e4 * (is_length(part.joint.kind, 0) ? p.model.size : 1.0)) return found;

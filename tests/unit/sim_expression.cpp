@@ -504,6 +504,14 @@ TEST(ExpressionSwitches, RandomTextsAreConstantBetween) {
   EXPECT_GT(switched, 150);
 }
 
+TEST(ExpressionJet, NumberTimesTime) {
+  const TimeJet jet = Expression("150*t").jet(0.3);
+  EXPECT_EQ(jet.value, 45.0);
+  EXPECT_EQ(jet.rate, 150.0);
+  EXPECT_EQ(jet.acceleration, 0.0);
+  EXPECT_THROW(Expression("1e308*t").jet(10.0), SimulationError);
+}
+
 TEST(ExpressionFreeze, SmoothBeyondTheEnds) {
   Expression e("t <= 0.7 ? t^2 : 0");
   e.freeze(0.3);

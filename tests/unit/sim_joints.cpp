@@ -78,6 +78,10 @@ TEST_P(EveryJoint, SubspaceAndBiasAreDerivatives) {
       EXPECT_LT((W - at.W).cwiseAbs().maxCoeff(), 1e-12);
       EXPECT_LT((difference(before.pose, at.pose, after.pose, 2 * h) - W).cwiseAbs().maxCoeff(), 1e-7) << far << reversed;
       EXPECT_LT(((after.W - before.W) / (2 * h) - at.bias).cwiseAbs().maxCoeff(), 1e-7) << far << reversed;
+      JointMotion alone;
+      update_joint_pose(joint, q.data(), alone);
+      EXPECT_LT((alone.pose.R - at.pose.R).cwiseAbs().maxCoeff(), 2e-15) << far << reversed;
+      EXPECT_LT((alone.pose.p - at.pose.p).cwiseAbs().maxCoeff(), 2e-15) << far << reversed;
     }
 }
 
