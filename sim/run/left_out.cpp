@@ -436,6 +436,9 @@ void LeftOut::follow(const System& system, Item& item, const VecX& rest) {
 // What the deformation of the motion moves: the mechanism without it, its joints as they are.
 void LeftOut::follow_deformation(const System& system) {
   strain_.push_back(compute_energy(system.model, system.work).strain);
+  bent_mass_.push_back(0.0);
+  // Nothing has coordinates of its own: what is left would be rounding.
+  if (work_.carrying.deforming.empty()) return;
   work_.q = system.work.q;
   for (const Part& p : model_.parts) work_.q.segment(p.eq0, p.body.n).setZero();
   work_.clusters = system.work.clusters;
@@ -446,7 +449,7 @@ void LeftOut::follow_deformation(const System& system) {
     for (size_t i = 0; i < model_.parts.size(); ++i)
       if (const VecX& q = system.work.parts[i].q; q.size() > 0) mass += q.dot(model_.parts[i].body.Me * q);
   } catch (const SimulationError&) {}
-  bent_mass_.push_back(mass);
+  bent_mass_.back() = mass;
 }
 
 void LeftOut::look(System& system, double t, const VecX& y) {

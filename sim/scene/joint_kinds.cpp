@@ -12,8 +12,9 @@ Quat quaternion(const double* q) { return Quat(q[0], q[1], q[2], q[3]).normalize
 
 void fixed(const Vec3&, double, const double*, Pose&, Mat6&) {}
 
+// As update_joint_pose turns it, to the bit: what is placed by either stands at one place.
 void turning(const Vec3& axis, double, const double* q, Pose& pose, Mat6& S) {
-  pose.R = rotation_exp(axis * q[0]);
+  pose.R = Eigen::AngleAxisd(q[0], axis).toRotationMatrix();
   S.col(0).tail<3>() = axis;
 }
 
