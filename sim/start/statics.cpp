@@ -49,6 +49,7 @@ class Factors {
  public:
   // definite: the factors of its symmetric part S, if they are known; they serve where K is symmetric. False where it is singular.
   bool make(const MatX& K, const MatX& S, double damping, std::optional<Cholesky> definite) {
+    damping_ = damping;
     if (definite && (K - S).cwiseAbs().maxCoeff() <= symmetric_to * S.diagonal().cwiseAbs().minCoeff()) {
       definite_ = std::move(definite);
       return true;
@@ -57,12 +58,15 @@ class Factors {
     lu_ = K + damping * MatX::Identity(K.rows(), K.cols());
     return factorise(lu_, order_) > 0.0;
   }
+  // Whether they are those of this damping.
+  bool serve(double damping) const { return damping_ == damping; }
   void solve(const VecX& b, VecX& x) const {
     if (definite_) x = definite_->solve(b);
     else sim::solve(lu_, order_, b.data(), x.data());
   }
 
  private:
+  std::optional<double> damping_;
   std::optional<Cholesky> definite_;
   MatX lu_;
   std::vector<int> order_;
@@ -76,8 +80,7 @@ Found search(StaticProblem& p, const Sought& what, Way way, StaticSolution& out)
   std::vector<Direction> along;
   // A step of a tenth of what the differences take changes it by less than they err.
   constexpr double little = 1e-7;
-  Factors factors;  // of that stiffness with the damping
-  bool factorised = false;
+  Factors factors;  // of K with the damping
   double damping = 0.0, last = -1.0;
   for (int iteration = 0; iteration < (way == Way::downhill ? 400 : 50); ++iteration) {
     p.find_directions(what);
@@ -94,16 +97,14 @@ Found search(StaticProblem& p, const Sought& what, Way way, StaticSolution& out)
       if (serves) found.tangent = std::move(K);
       return found;
     }
-    if (!serves) {
-      if (!p.stiffness(K)) return found;
-      factorised = false;
-    }
+    if (!serves && !p.stiffness(K)) return found;
+    if (!serves) factors = {};
     along = p.sought;
     ++out.iterations;
     const MatX S = 0.5 * (K + K.transpose());
     const double stiffest = std::max(S.diagonal().cwiseAbs().maxCoeff(), p.rest.scale / p.model.size);
     std::optional<Cholesky> definite;  // the factors of S with its damping
-    for (int attempt = 0; !factorised && way == Way::downhill && attempt < 60; ++attempt) {
+    for (int attempt = 0; !factors.serve(damping) && way == Way::downhill && attempt < 60; ++attempt) {
       definite.emplace(S + damping * MatX::Identity(n, n));
       if (definite->info() == Eigen::Success) break;
       definite.reset();
@@ -112,8 +113,7 @@ Found search(StaticProblem& p, const Sought& what, Way way, StaticSolution& out)
       found.crossed = found.crossed || damping > 2.0 * rounding_of_stiffness * stiffest;
     }
     VecX x(n), follows(n);
-    if (!factorised && !factors.make(K, S, damping, std::move(definite))) return found;
-    factorised = true;
+    if (!factors.serve(damping) && !factors.make(K, S, damping, std::move(definite))) return found;
     factors.solve(f, x);
     if (!x.allFinite()) return found;
     const double longest = x.cwiseAbs().maxCoeff(&found.worst);
@@ -157,13 +157,9 @@ Found search(StaticProblem& p, const Sought& what, Way way, StaticSolution& out)
       if (found.rest || way == Way::nearest || damping > 1e3 * stiffest) return found;
       damping = std::max(100.0 * damping, 1e-9 * stiffest);
       serves = true;
-      factorised = false;
       continue;
     }
-    if (share > 0.4 && damping > 0.0) {
-      damping *= 0.1;
-      factorised = false;
-    }
+    damping *= share > 0.4 ? 0.1 : 1.0;
     for (const Direction& d : p.sought) {
       const Part& part = p.model.parts[d.part];
       if (d.rate >= 0 && std::abs(p.work.q[part.q0]) > 1e4 * (is_length(part.joint.kind, 0) ? p.model.size : 1.0)) return found;
