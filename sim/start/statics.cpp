@@ -49,24 +49,19 @@ class Factors {
  public:
   // definite: the factors of its symmetric part S, if they are known; they serve where K is symmetric. False where it is singular.
   bool make(const MatX& K, const MatX& S, double damping, std::optional<Cholesky> definite) {
-    damping_ = damping;
     if (definite && (K - S).cwiseAbs().maxCoeff() <= symmetric_to * S.diagonal().cwiseAbs().minCoeff()) {
       definite_ = std::move(definite);
       return true;
     }
-    definite_.reset();
     lu_ = K + damping * MatX::Identity(K.rows(), K.cols());
     return factorise(lu_, order_) > 0.0;
   }
-  // Whether they are those of this damping.
-  bool serve(double damping) const { return damping_ == damping; }
   void solve(const VecX& b, VecX& x) const {
     if (definite_) x = definite_->solve(b);
     else sim::solve(lu_, order_, b.data(), x.data());
   }
 
  private:
-  std::optional<double> damping_;
   std::optional<Cholesky> definite_;
   MatX lu_;
   std::vector<int> order_;
@@ -80,7 +75,6 @@ Found search(StaticProblem& p, const Sought& what, Way way, StaticSolution& out)
   std::vector<Direction> along;
   // A step of a tenth of what the differences take changes it by less than they err.
   constexpr double little = 1e-7;
-  Factors factors;  // of K with the damping
   double damping = 0.0, last = -1.0;
   for (int iteration = 0; iteration < (way == Way::downhill ? 400 : 50); ++iteration) {
     p.find_directions(what);
@@ -98,13 +92,12 @@ Found search(StaticProblem& p, const Sought& what, Way way, StaticSolution& out)
       return found;
     }
     if (!serves && !p.stiffness(K)) return found;
-    if (!serves) factors = {};
     along = p.sought;
     ++out.iterations;
     const MatX S = 0.5 * (K + K.transpose());
     const double stiffest = std::max(S.diagonal().cwiseAbs().maxCoeff(), p.rest.scale / p.model.size);
     std::optional<Cholesky> definite;  // the factors of S with its damping
-    for (int attempt = 0; !factors.serve(damping) && way == Way::downhill && attempt < 60; ++attempt) {
+    for (int attempt = 0; way == Way::downhill && attempt < 60; ++attempt) {
       definite.emplace(S + damping * MatX::Identity(n, n));
       if (definite->info() == Eigen::Success) break;
       definite.reset();
@@ -112,8 +105,9 @@ Found search(StaticProblem& p, const Sought& what, Way way, StaticSolution& out)
       // What turns freely has no stiffness but its rounding, of either sign.
       found.crossed = found.crossed || damping > 2.0 * rounding_of_stiffness * stiffest;
     }
+    Factors factors;
     VecX x(n), follows(n);
-    if (!factors.serve(damping) && !factors.make(K, S, damping, std::move(definite))) return found;
+    if (!factors.make(K, S, damping, std::move(definite))) return found;
     factors.solve(f, x);
     if (!x.allFinite()) return found;
     const double longest = x.cwiseAbs().maxCoeff(&found.worst);
