@@ -148,6 +148,7 @@ void warn_of_leaving_plane(const Scene& scene, const std::vector<EffectState>& e
   try {
     const std::optional<RestInSpace> rest = rest_in_space(scene, effects);
     if (!rest || rest->wide.model.nv > most_coordinates) return;
+    if (surely_stable(rest->wide)) return;
     if (unstable_modes(linearise(rest->wide)) <= unstable_modes(linearise(rest->flat))) return;
     const bool many = rest->beams.size() > 1;
     notes.warn("", fmt::format("static equilibrium: it holds in the plane only: '{}' buckle{} or tip{} over across it; effects = "

@@ -653,6 +653,31 @@ bool has_contact_friction(const Model& model) {
   return std::any_of(model.contacts.begin(), model.contacts.end(), [](const Contact& c) { return c.z0 >= 0; });
 }
 
+bool surely_stable(const System& given) {
+  System system = given;
+  if (!system.model.blocks.empty() || has_rates(system) || release_massless(system.model, system.work)) return false;
+  update_accelerations(system.model, system.work);
+  if (system.work.idle || independent_directions(system.model, system.work).empty()) return false;
+  const Point point(system, false);
+  if (point.moves()) return false;
+  const SecondOrder& s = point.coefficients().system;
+  const VecX diagonal = s.K.diagonal();
+  if (!(diagonal.minCoeff() > 0.0)) return false;
+  // Every coordinate in units of its own stiffness: soft ones count like stiff ones.
+  const VecX unit = diagonal.cwiseSqrt().cwiseInverse();
+  const auto scaled = [&](const MatX& A) { return MatX(unit.asDiagonal() * A * unit.asDiagonal()); };
+  const MatX K = scaled(s.K), K_open = scaled(s.K_error), D = scaled(s.D), D_open = scaled(s.D_error);
+  constexpr double rounding = 1e-12;
+  // A skew part may make it flutter, by less than its share in the softest motion.
+  constexpr double little = 1e-4;
+  const double open = K_open.norm() + rounding * K.norm(), skew = (K - K.transpose()).norm();
+  const MatX one = MatX::Identity(K.rows(), K.cols());
+  const MatX least = 0.5 * (K + K.transpose()) - (4.0 * open + skew / little) * one;
+  const MatX brakes = 0.5 * (D + D.transpose()) + (2.0 * D_open.norm() + rounding * D.norm()) * one;
+  const bool damped = !s.D.isZero(0.0);
+  return Cholesky(least).info() == Eigen::Success && (!damped || Cholesky(brakes).info() == Eigen::Success);
+}
+
 Linearisation linearise(const System& given) {
   System system = given;
   Linearisation out;

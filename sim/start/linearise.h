@@ -46,6 +46,11 @@ struct Linearisation {
 // for a mechanism without inertia.
 Linearisation linearise(const System& system);
 
+// Whether small motions about a start at rest are known to be stable without their modes, for a tenth of the price: a positive definite
+// stiffness, symmetric to 1e-4 of its softest motion, and a damping that feeds nothing are proof of it (Kelvin, Tait), where they are so
+// beyond the digits of either. False says nothing: rigid modes, follower loads, blocks, rates and what has no mass are for linearise.
+bool surely_stable(const System& system);
+
 // Contacts whose friction is no part of small motions, and the sentence that says so.
 bool has_contact_friction(const Model& model);
 inline constexpr const char* free_by_friction =

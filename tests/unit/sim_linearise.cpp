@@ -212,18 +212,20 @@ TEST(Linearise, RotorWithInnerAndOuterDamper) {
     }
 }
 
+// A column pressed at its tip by `load` EI/L^2.
+std::string column_of(double load, bool follows) {
+  const double EI = 2.1e11 * pi * std::pow(0.01, 4) / 64;
+  return head(1, Vec3::Zero()) +
+         "[[body]]\nname = \"c\"\nkind = \"beam\"\nlength = 1\nsection = { shape = \"circle\", diameter = 0.01 }\n"
+         "material = { density = 7800.0, youngs_modulus = 2.1e11 }\nelements = 10\neffects = [\"bending_xy\", \"stiffening\"]\n" +
+         joint("foot", "weld", "ground", "c.root", "") +
+         fmt::format("[[force]]\nkind = \"force\"\non = \"c.tip\"\ndirection = [-1, 0, 0]\nvalue = {}\nframe = \"{}\"\n", load * EI,
+                     follows ? "body" : "world");
+}
+
 // A column under a load that follows its tip flutters beyond 20.05 EI/L^2 (Beck 1952); a dead load buckles it at pi^2/4 EI/L^2.
 TEST(Linearise, BecksColumn) {
-  const auto column = [](double load, bool follows) {
-    const double EI = 2.1e11 * pi * std::pow(0.01, 4) / 64;
-    return modes_of(
-        head(1, Vec3::Zero()) +
-        "[[body]]\nname = \"c\"\nkind = \"beam\"\nlength = 1\nsection = { shape = \"circle\", diameter = 0.01 }\n"
-        "material = { density = 7800.0, youngs_modulus = 2.1e11 }\nelements = 10\neffects = [\"bending_xy\", \"stiffening\"]\n" +
-        joint("foot", "weld", "ground", "c.root", "") +
-        fmt::format("[[force]]\nkind = \"force\"\non = \"c.tip\"\ndirection = [-1, 0, 0]\nvalue = {}\nframe = \"{}\"\n", load * EI,
-                    follows ? "body" : "world"));
-  };
+  const auto column = [](double load, bool follows) { return modes_of(column_of(load, follows)); };
   EXPECT_EQ(column(19.8, true).modes[0].kind, LinearMode::vibration);
   const LinearMode flutter = column(20.3, true).modes[0];
   EXPECT_EQ(flutter.kind, LinearMode::unstable);
@@ -232,6 +234,20 @@ TEST(Linearise, BecksColumn) {
   const LinearMode buckles = column(1.01 * pi * pi / 4, false).modes[0];
   EXPECT_EQ(buckles.kind, LinearMode::unstable);
   EXPECT_EQ(buckles.frequency, 0.0);
+}
+
+// Without modes: a dead load is known to be stable up to Euler's load, and nothing is said beyond it, of a load that follows the tip so far
+// that it flutters (Beck), and of what moves freely.
+TEST(Linearise, StabilityIsKnownWithoutModesWhereStiffnessProvesIt) {
+  const auto known = [](const std::string& scene) { return surely_stable(make_system(parse_scene(scene, "stable.toml"))); };
+  EXPECT_TRUE(known(column_of(0.0, false)));
+  EXPECT_TRUE(known(column_of(0.97 * pi * pi / 4, false)));
+  EXPECT_FALSE(known(column_of(1.01 * pi * pi / 4, false)));
+  EXPECT_FALSE(known(column_of(20.3, true)));
+  const std::string bob = mass("bob", 2, "inertia = [0.1, 0.1, 0.1]\ncentre_of_mass = [0, -1, 0]");
+  EXPECT_TRUE(known(head(1, Vec3(0, -9.81, 0)) + bob + joint("pin", "revolute", "ground", "bob", "")));
+  EXPECT_FALSE(known(head(1, Vec3(0, 9.81, 0)) + bob + joint("pin", "revolute", "ground", "bob", "")));
+  EXPECT_FALSE(known(head(1, Vec3::Zero()) + bob + joint("pin", "revolute", "ground", "bob", "")));
 }
 
 // What flies freely is neither stiff nor unstable, at rest or under gravity, whatever its units and orientation.
