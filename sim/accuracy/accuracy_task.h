@@ -25,7 +25,7 @@ inline constexpr double dearest = 20.0;
 inline constexpr double unlimited = 1e300;
 
 // CPU s for a check of the models beside a run of so many: richer ones take up to twenty times as long, and nobody waits minutes for that.
-inline double check_budget(double run) { return std::min(model_check_budget(run), 10.0 + 2.0 * run); }
+inline double check_budget(double run) { return std::min(std::max(1.0, 20.0 * run), 10.0 + 2.0 * run); }
 
 struct Finished;
 

@@ -24,7 +24,8 @@ auto with_complete_inertia(const Scene& scene, Run&& once) {
     int indefinite = -1;
     try {
       auto out = once(changed ? *changed : scene, indefinite);
-      out.statistics.notes.prepend(notes);
+      if constexpr (requires { out.results; }) out.results.statistics.notes.prepend(notes);
+      else out.statistics.notes.prepend(notes);
       return out;
     } catch (const SimulationError&) {
       if (indefinite < 0) throw;

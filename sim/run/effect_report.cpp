@@ -2,14 +2,15 @@
 
 #include "sim/run/left_out.h"
 #include "sim/run/run_scene.h"
+#include "sim/run/second_run.h"
 
-#include "sim/base/cpu_clock.h"
 #include "sim/scene/effect_names.h"
 #include "sim/start/make_system.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <stdexcept>
 
 namespace flexframe::sim {
@@ -37,9 +38,6 @@ void switch_beam(BeamDef& beam, const std::vector<EffectState>& states, const st
   if (on) beam.modes.try_emplace(effect, std::vector<int>{1});
   else beam.modes.erase(effect);
 }
-
-// The check of one effect has taken what it may.
-struct BudgetSpent {};
 
 double median(std::vector<double> values) {
   std::sort(values.begin(), values.end());
@@ -204,6 +202,36 @@ EffectReport report_effects(const Scene& as_given, const EffectOptions& options)
   return out;
 }
 
+std::vector<Untried> neglected(const std::vector<EffectState>& states, const NeglectOptions& options) {
+  std::vector<Untried> out;
+  for (const char* effect : {"stiffening", "gyroscopic", "bending_xy", "bending_xz", "torsion", "axial", "shear"}) {
+    const bool second_order = std::string_view(effect) == "stiffening" || std::string_view(effect) == "gyroscopic";
+    const bool wanted = std::find(options.further.begin(), options.further.end(), effect) != options.further.end();
+    if (!second_order && !options.deformations && !wanted) continue;
+    Untried u;
+    u.effect = effect;
+    for (const EffectState& s : states)
+      if (s.effect == effect && !s.on && s.possible) u.owners.push_back(s.owner);
+    if (!u.owners.empty()) out.push_back(std::move(u));
+  }
+  return out;
+}
+
+namespace {
+
+// The share again at the run's own tolerance; as it was where that takes too long.
+void confirm(const Scene& other, const NeglectOptions& options, SimulateOptions pair, Neglected& n, double& spent) {
+  pair.tolerance = options.run_tolerance;
+  const std::optional<Histories> tight = simulated_within(other, pair, options.budget, spent);
+  if (!tight) return;
+  const Difference sure = compare_histories(*tight, *options.run, common_ranges(*tight, *options.run, options.deflection));
+  n.share = sure.largest;
+  n.column = sure.column >= 0 ? options.run->columns[sure.column] : "";
+  n.resolved = n.share > 3.0 * options.run_error;
+}
+
+}  // namespace
+
 NeglectCheck check_neglected(const Scene& scene, const std::vector<EffectState>& states, const Histories& base,
                              const NeglectOptions& options) {
   NeglectCheck out;
@@ -212,56 +240,35 @@ NeglectCheck check_neglected(const Scene& scene, const std::vector<EffectState>&
   pair.method = options.method;
   pair.samples = static_cast<int>(base.times.size());
   double longest = base.statistics.cpu_seconds;
-  for (const char* effect : {"stiffening", "gyroscopic", "bending_xy", "bending_xz", "torsion", "axial", "shear"}) {
-    const bool second_order = std::string_view(effect) == "stiffening" || std::string_view(effect) == "gyroscopic";
-    const bool wanted = std::find(options.further.begin(), options.further.end(), effect) != options.further.end();
-    if (!second_order && !options.deformations && !wanted) continue;
+  for (const Untried& candidate : neglected(states, options)) {
     Neglected n;
-    n.effect = effect;
-    Scene other = scene;
-    for (const EffectState& s : states) {
-      if (s.effect != effect || s.on || !s.possible) continue;
-      n.owners.push_back(s.owner);
-      other = with_effect(other, states, s.owner, s.effect, true);
-    }
-    if (n.owners.empty()) continue;
+    n.effect = candidate.effect;
+    n.owners = candidate.owners;
     if (out.cpu + longest > options.budget) {
-      out.untried.push_back({effect, n.owners, ""});
+      out.untried.push_back(candidate);
       continue;
     }
-    const double start = cpu_seconds();
-    const auto spent = [&] { return cpu_seconds() - start; };
-    pair.progress = [&](double) {
-      if (out.cpu + spent() > options.budget) throw BudgetSpent{};
-    };
+    std::vector<EffectState> more;
+    std::copy_if(states.begin(), states.end(), std::back_inserter(more),
+                 [&](const EffectState& s) { return s.effect == n.effect && !s.on && s.possible; });
+    const Scene other = with_effects_on(scene, states, more);
     try {
-      const Histories changed = simulate_histories(other, pair);
-      out.cpu += spent();
-      longest = std::max(longest, changed.statistics.cpu_seconds);
-      if (changed.columns != base.columns) continue;
-      const Difference d = compare_histories(changed, base, common_ranges(changed, base, options.deflection));
+      const std::optional<Histories> changed = simulated_within(other, pair, options.budget - out.cpu, out.cpu);
+      if (!changed) {
+        out.untried.push_back(candidate);
+        continue;
+      }
+      longest = std::max(longest, changed->statistics.cpu_seconds);
+      if (changed->columns != base.columns) continue;
+      const Difference d = compare_histories(*changed, base, common_ranges(*changed, base, options.deflection));
       n.share = d.largest;
       n.column = d.column >= 0 ? base.columns[d.column] : "";
       n.resolved = n.share > 2.0 * options.floor;
-      if (options.run && n.share > options.confirm_above) {
-        SimulateOptions same = pair;
-        same.tolerance = options.run_tolerance;
-        same.progress = {};
-        const double from = cpu_seconds();
-        const Histories tight = simulate_histories(other, same);
-        out.cpu += cpu_seconds() - from;
-        const Difference sure = compare_histories(tight, *options.run, common_ranges(tight, *options.run, options.deflection));
-        n.share = sure.largest;
-        n.column = sure.column >= 0 ? options.run->columns[sure.column] : "";
-        n.resolved = n.share > 3.0 * options.run_error;
-      }
+      if (options.run && options.tolerance > options.run_tolerance && n.share > options.confirm_above)
+        confirm(other, options, pair, n, out.cpu);
       out.found.push_back(n);
-    } catch (const BudgetSpent&) {
-      out.cpu += spent();
-      out.untried.push_back({effect, n.owners, ""});
     } catch (const std::runtime_error& error) {
-      out.cpu += spent();
-      out.untried.push_back({effect, n.owners, error.what()});
+      out.untried.push_back({n.effect, n.owners, error.what()});
     }
   }
   return out;

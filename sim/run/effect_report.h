@@ -79,7 +79,7 @@ struct LeftOutWorth;  // left_out.h
 
 struct NeglectOptions {
   double tolerance = 1e-4;  // of the pairs
-  double budget = 1e300;    // CPU s; the next pair is not begun when it would pass it
+  double budget = 1e300;    // CPU s; a run that would pass it is not begun or given up, what confirms may take as much again
   double floor = 0.0;       // error of time integration at that tolerance
   std::optional<Method> method;
   // A share above `confirm_above` is measured again at the run's own tolerance, against the run: pairs at a loose tolerance step over
@@ -97,7 +97,10 @@ struct NeglectOptions {
 // moments and stresses that do against their size.
 VecX common_ranges(const Histories& a, const Histories& b, double deflection);
 
-// base: histories of the scene itself at options.tolerance.
+// What check_neglected would measure: effects that are off and could occur, each with all of its owners.
+std::vector<Untried> neglected(const std::vector<EffectState>& states, const NeglectOptions& options);
+
+// base: histories of the scene itself at options.tolerance. Where that is the run's own, nothing is confirmed.
 NeglectCheck check_neglected(const Scene& scene, const std::vector<EffectState>& states, const Histories& base,
                              const NeglectOptions& options);
 

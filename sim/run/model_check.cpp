@@ -3,6 +3,7 @@
 #include "sim/base/cpu_clock.h"
 #include "sim/bodies/beam.h"
 #include "sim/bodies/beam_terms.h"
+#include "sim/run/second_run.h"
 
 #include <fmt/format.h>
 
@@ -16,8 +17,6 @@ namespace {
 // Volumes of the richer model for each of the run's. The error falls with the square: what the comparison leaves out is a fifteenth of what
 // it finds for one frame, a third for volumes, of which more would be dear.
 int richer(int pieces) { return pieces == 1 ? 4 : 2; }
-
-struct BudgetSpent {};
 
 template <class Change>
 void change_frames(Scene& scene, const std::string& body, const Change& change) {
@@ -248,26 +247,30 @@ class Comparison {
           between(simulate_rich(0.1 * run_.run_tolerance), simulated(plain_ ? *plain_ : scene_, 0.1 * run_.run_tolerance), run_.deflection);
       return found && (found->share <= asked_ || is_resolved(*found, tight)) ? found : std::nullopt;
     } catch (const BudgetSpent&) {
+      too_long_ = true;
     } catch (const std::runtime_error&) {}
     return std::nullopt;
   }
+
+  // Whether measure() was given up as the budget would not do.
+  bool too_long() const { return too_long_; }
 
   // CPU s of the last run of the richer scene, 0: none came to an end.
   double rich_cpu() const { return rich_run_.statistics.cpu_seconds; }
 
  private:
+  struct BudgetSpent {};
+
   Histories simulated(const Scene& scene, double tolerance) {
     SimulateOptions o;
     o.tolerance = tolerance;
     o.method = run_.method;
     o.samples = samples_;
-    const double start = cpu_seconds();
-    o.progress = [&, start](double) {
-      if (spent_ + cpu_seconds() - start > budget_) throw BudgetSpent{};
-    };
-    Histories h = simulate_histories(scene, o);
-    spent_ += cpu_seconds() - start;
-    return h;
+    double spent = 0.0;
+    std::optional<Histories> h = simulated_within(scene, o, budget_ - spent_, spent);
+    spent_ += spent;
+    if (!h) throw BudgetSpent{};
+    return std::move(*h);
   }
   const Histories& simulate_rich(double tolerance) { return rich_run_ = simulated(rich_, tolerance); }
   std::optional<Found> at(double tolerance, const Histories& run) {
@@ -286,6 +289,7 @@ class Comparison {
   Histories rich_run_;  // the last one
   int samples_ = 0;
   double budget_, asked_, spent_ = 0.0;
+  bool too_long_ = false;
   const NeglectOptions& run_;
 };
 
@@ -501,19 +505,25 @@ void check_elements(const Scene& scene, const std::vector<EffectState>& states, 
   for (const size_t b : bodies) {
     const std::string owner = fmt::format("body '{}'", scene.bodies[b].name);
     const bool two = std::find(divided.begin(), divided.end(), b) != divided.end();
-    const char* more = two ? "with two volumes of as many elements each" : "with twice as many elements";
-    if (!found && std::find(options.unjudged.begin(), options.unjudged.end(), b) == options.unjudged.end())
+    const char* more = two ? "two volumes of as many elements each" : "twice as many elements";
+    const bool between = std::find(options.unjudged.begin(), options.unjudged.end(), b) == options.unjudged.end();
+    if (!found && between && comparison.too_long())
+      out.notes.warn(owner, fmt::format("vibrates faster than the samples show, for which its elements may be too few; what more of them "
+                                        "change was not measured, as that would take several times as long as the run: compare with a "
+                                        "run of {}",
+                                        more));
+    else if (!found && between)
       out.notes.tell(owner, "vibrates faster than the samples show; what more elements would change could not be told");
     else if (!found)
       out.notes.warn(owner,
                      "the scene gives its number of elements or modes, and the influence of more of them could not be measured: it is not "
                      "part of the estimated error");
     else if (found->share > judged.asked)
-      out.notes.warn(owner, fmt::format("{} {} changes by {:.2g} of its range: {}", more, found->column, found->share,
+      out.notes.warn(owner, fmt::format("with {} {} changes by {:.2g} of its range: {}", more, found->column, found->share,
                                         two ? "take model = \"mixed\" with volumes = 2 and as many elements (one volume is computed with "
                                               "no more than 300 coordinates give)"
                                             : "take more"));
-    else out.notes.tell(owner, fmt::format("{} {} changes by {:.1g} of its range", more, found->column, found->share));
+    else out.notes.tell(owner, fmt::format("with {} {} changes by {:.1g} of its range", more, found->column, found->share));
   }
 }
 
@@ -600,12 +610,25 @@ std::optional<Scene> with_richer_models(const Scene& scene, const std::vector<Ef
   return std::nullopt;
 }
 
+bool any_to_check(const Scene& scene, const std::vector<LinearLimit>& limits, const ModelCheckOptions& options) {
+  const auto of_forms = [](const BodyDef& body) {
+    const auto* beam = std::get_if<BeamDef>(&body.kind);
+    return beam && has_forms_of_ends(*beam);
+  };
+  return !options.unjudged.empty() || !options.between_samples.empty() || !options.may_tip.empty() ||
+         std::any_of(scene.bodies.begin(), scene.bodies.end(), of_forms) ||
+         std::any_of(limits.begin(), limits.end(), [&](const LinearLimit& l) { return l.error() > options.surely_small * options.asked; });
+}
+
 BendingWorth check_models(const Scene& scene, const std::vector<EffectState>& states, const std::vector<LinearLimit>& limits,
                           const Histories& base, const ModelCheckOptions& options, SolverStatistics& out) {
-  check_forms(scene, states, base, options, out);
-  check_elements(scene, states, base, options, out);
-  check_tipping(scene, states, base, options, out);
-  return check_bending(scene, states, limits, base, options, out);
+  ModelCheckOptions left = options;
+  const double until = cpu_seconds() + options.budget;
+  for (const auto& check : {check_forms, check_elements, check_tipping}) {
+    check(scene, states, base, left, out);
+    left.budget = std::max(0.0, until - cpu_seconds());
+  }
+  return check_bending(scene, states, limits, base, left, out);
 }
 
 }  // namespace flexframe::sim

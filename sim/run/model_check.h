@@ -32,7 +32,7 @@ inline constexpr std::string_view misfit_words = "its modes are those of";
 
 struct ModelCheckOptions {
   double asked = 1e-2;                       // error of an output that is tolerated, relative to its range
-  double budget = 1.0;                       // CPU s; a check that takes longer is given up
+  double budget = 1.0;                       // CPU s, of all checks; one that would take longer than what is left of it is given up
   NeglectOptions run;                        // the run, its tolerances and errors; budget and confirm_above unused
   std::vector<size_t> unjudged = {};         // beams whose number of elements or modes nothing else has judged
   std::vector<size_t> between_samples = {};  // beams of few elements perhaps, by how they vibrate there (coarse_beams.h)
@@ -41,9 +41,8 @@ struct ModelCheckOptions {
   std::vector<size_t> may_tip = {};          // beams of few elements perhaps (coarse_beams.h: beams_that_may_tip)
 };
 
-// CPU s for a check beside a run of so many: volumes cost a few times as much as one frame, and the check is made only where a wrong result
-// is likely.
-inline double model_check_budget(double run) { return std::max(1.0, 20.0 * run); }
+// CPU s for the checks beside a run of so many: what takes longer is told by its estimate, with how to measure it.
+inline double model_check_budget(double run) { return std::max(1.0, 3.0 * run); }
 
 // What bending in its own frame is worth of an output's range: the estimate, or what volumes beside it have told, in a run of so many CPU
 // s with so many elements in each beam (0: not measured).
@@ -51,6 +50,9 @@ struct BendingWorth {
   double share = 0.0, cpu = 0.0;
   int elements = 0;
 };
+
+// Whether check_models has any beam to check.
+bool any_to_check(const Scene& scene, const std::vector<LinearLimit>& limits, const ModelCheckOptions& options);
 
 // Checks beams of certain forms, those that are unjudged, or fast between samples, by twice their elements, those that may tip by half of
 // them, and the beams of `limits` whose error may be above what is asked, and says what was found: warnings for what is worth more, with

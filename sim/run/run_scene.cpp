@@ -83,81 +83,50 @@ bool shifts_forces(const LeftOutWorth& w, double asked) { return w.possible && w
 // Estimates of what elements are worth (coarse_beams.h) are lower than the truth by no more than that, as a rule.
 constexpr double sure_of_coarse = 0.8;
 
-// Bodies whose effects or models another run may have to judge.
-bool any_elastic(const Scene& scene) {
-  return std::any_of(scene.bodies.begin(), scene.bodies.end(), [](const BodyDef& b) { return !std::holds_alternative<RigidDef>(b.kind); });
-}
-
 // What runs beside a run say of its error of time.
 struct Beside {
   std::optional<Histories> looser;
   Difference difference;  // of the looser one
+  bool tried = false;     // the looser one was made, or failed
 };
 
-// Runs the scene once more, and says what the error of time is: ten times tighter where that costs little, ten times looser where it does
-// not and where what is left out is measured against such a run.
-Beside estimate_time(const Scene& scene, const SimulateOptions& options, const Alone& alone, const Histories& reference, Results& results) {
+// Of a run beside one: the same weights, fewer samples, nothing said.
+SimulateOptions of_second_run(const SimulateOptions& options, const std::vector<double>& shares) {
   SimulateOptions other = options;
-  other.weight_shares = alone.shares;
+  other.weight_shares = shares;
   other.progress = {};
   other.tell = {};
   other.samples = estimate_samples;
-  const std::optional<Histories> tighter = tighter_run(*alone.start, scene, other, results);
+  return other;
+}
+
+// The outputs of a run ten times looser; none where it fails, which is a warning where the error of time was to come from it.
+std::optional<Histories> looser_run(const Scene& scene, const SimulateOptions& options, const Alone& alone, bool needed,
+                                    SolverStatistics& run) {
+  SimulateOptions other = of_second_run(options, alone.shares);
+  other.tolerance = std::min(10.0 * run.tolerance, 0.1);
+  try {
+    return simulate_histories_from(*alone.start, scene, other);
+  } catch (const SimulationError& error) {
+    if (needed)
+      run.notes.warn("", fmt::format("the error of the time integration is not estimated: the comparison run at a larger tolerance "
+                                     "failed ({})",
+                                     error.what()));
+    return {};
+  }
+}
+
+// Runs the scene once more, and says what the error of time is: ten times tighter where that costs little, ten times looser where it does
+// not.
+Beside estimate_time(const Scene& scene, const SimulateOptions& options, const Alone& alone, const Histories& reference, Results& results) {
+  const std::optional<Histories> tighter = tighter_run(*alone.start, scene, of_second_run(options, alone.shares), results);
   SolverStatistics& run = results.statistics;
   Beside out;
-  if (!tighter || is_loose(run) || (options.check_effects && any_elastic(scene))) {
-    other.tolerance = std::min(10.0 * run.tolerance, 0.1);
-    try {
-      out.looser = simulate_histories_from(*alone.start, scene, other);
-    } catch (const SimulationError& error) {
-      if (!tighter)
-        run.notes.warn("", fmt::format("the error of the time integration is not estimated: the comparison run at a larger tolerance "
-                                       "failed ({})",
-                                       error.what()));
-    }
-  }
+  if (!tighter || is_loose(run)) out.looser = looser_run(scene, options, alone, !tighter, run);
+  out.tried = !tighter || is_loose(run);
   if (tighter) out.difference = estimate_by_tighter(*tighter, out.looser ? &*out.looser : nullptr, reference, run);
   else if (out.looser) out.difference = estimate_time_error(*out.looser, reference, run);
   return out;
-}
-
-// The error of time, what is of second order and left out, and what the models cannot show. True if the latter were measured.
-bool estimate(const Scene& scene, const SimulateOptions& options, Alone& alone, bool models, Results& results) {
-  Histories reference = to_histories(results);
-  reference.scales = alone.scales;
-  const Beside beside = estimate_time(scene, options, alone, reference, results);
-  if (!beside.looser || !options.check_effects) return false;
-  const Histories& base = *beside.looser;
-  NeglectOptions check;
-  check.tolerance = base.statistics.tolerance;
-  check.floor = beside.difference.largest;
-  check.method = options.method;
-  check.run = &reference;
-  check.run_tolerance = results.statistics.tolerance;
-  check.run_error = std::max(0.0, results.statistics.error_estimate);
-  check.told = &alone.to_measure;
-  for (const ResultBody& body : results.bodies)
-    if (body.displacement.size() > 0) check.deflection = std::max(check.deflection, body.displacement.cwiseAbs().maxCoeff());
-  for (const LeftOutWorth& w : alone.to_measure) check.further.push_back(w.effect);
-  if (models) {
-    // Also where no output moves: another model's may.
-    ModelCheckOptions richer{unasked_accuracy, model_check_budget(results.statistics.cpu_seconds), check};
-    richer.may_tip = beams_that_may_tip(scene, alone.effects, results);
-    richer.between_samples = beams_between_samples(scene, alone.start->model, alone.effects, results, sure_of_coarse * unasked_accuracy);
-    check_models(scene, alone.effects, alone.limits, base, richer, results.statistics);
-  }
-  // A second run of the same length is made of short ones only.
-  if (models && results.statistics.cpu_seconds <= least_check)
-    warn_of_few_modes(scene, options, reference, check.deflection, unasked_accuracy, results.statistics);
-  const bool forces = std::any_of(alone.to_measure.begin(), alone.to_measure.end(),
-                                  [](const LeftOutWorth& w) { return shifts_forces(w, unasked_accuracy); });
-  if (beside.difference.column >= 0 || forces) {
-    // What shifts events is not known without its run.
-    const bool shifting = std::any_of(alone.to_measure.begin(), alone.to_measure.end(), is_deformation);
-    check.budget = std::max(check_price * results.statistics.cpu_seconds, shifting ? 2.0 * least_check : least_check);
-    report_neglected(scene, alone.effects, base, check, unasked_accuracy, results.statistics);
-  }
-  return models;
 }
 
 // The run itself, made again where its motion is far below the sizes that its errors were weighed against. judge: what beams go without is
@@ -272,48 +241,124 @@ void forget_misfits(const Notes& notes, std::vector<LeftOutWorth>& worth) {
   std::erase_if(worth, [&](const LeftOutWorth& w) { return std::all_of(w.owners.begin(), w.owners.end(), misfit); });
 }
 
-// into: how far the bodies were bent, unchecked; null: it is checked here. called: what beams with automatic effects turn out to need; then
-// nothing more is done with the run.
-Results simulate_once(const Scene& scene, const SimulateOptions& options, std::vector<LinearLimit>* into, Called* called, int& indefinite) {
+// A run of which nothing is said yet but its error of time, if that: the rest is worth its price only where it is not made again.
+struct Unjudged {
+  Scene scene;  // as it was simulated
+  SimulateOptions options;
+  Results results;
   Alone alone;
-  Results results = simulate_alone(scene, options, !into && judges_effects(scene, options), alone, indefinite);
-  if (called && calls(alone.left_out, alone.limits, *called)) {
+  Histories reference;  // of the run
+  Beside beside;
+  Notes& notes() { return results.statistics.notes; }
+};
+
+// called: what beams with automatic effects turn out to need; then nothing more is done with the run. judge: what they go without is looked
+// at.
+Unjudged simulate_once(const Scene& scene, const SimulateOptions& options, bool judge, Called* called, int& indefinite) {
+  Unjudged out;
+  out.results = simulate_alone(scene, options, judge && judges_effects(scene, options), out.alone, indefinite);
+  if (called && calls(out.alone.left_out, out.alone.limits, *called)) {
     called->more = true;
-    return results;
+    return out;
   }
-  if (options.estimate_error) measure_what_shifts(scene, results.statistics, unasked_accuracy, alone);
-  bool measured = false;
-  if (options.estimate_error && !results.outputs.empty()) measured = estimate(scene, options, alone, !into, results);
-  forget_misfits(results.statistics.notes, alone.left_out);
-  report_left_out(scene, alone.left_out, unasked_accuracy, results.statistics);
-  warn_of_unmeasured(alone.to_measure, results.statistics.events, alone.blows_unseen, results.statistics.notes);
-  report_left_out(scene, alone.to_measure, unasked_accuracy, results.statistics);
-  warn_of_coarse_beams(coarse_beams(scene, alone.effects, results), sure_of_coarse * unasked_accuracy, results.statistics.notes);
-  warn_of_held_warping(scene, alone.effects, results, unasked_accuracy, results.statistics.notes);
-  warn_of_tipping(scene, alone.effects, results, results.statistics.notes);
-  if (!into && judges_effects(scene, options)) warn_of_leaving_plane(scene, alone.effects, results.statistics.notes);
-  if (into) {
-    *into = alone.limits;
-  } else if (!measured) {
-    warn_of_linear_limits(scene, alone.limits, unasked_accuracy, results.statistics.notes);
+  out.scene = scene;
+  out.options = options;
+  return out;
+}
+
+void estimate_time(Unjudged& run) {
+  if (!run.options.estimate_error || run.results.outputs.empty()) return;
+  run.reference = to_histories(run.results);
+  run.reference.scales = run.alone.scales;
+  run.beside = estimate_time(run.scene, run.options, run.alone, run.reference, run.results);
+}
+
+// What is of second order and left out, and what the models cannot show, beside looser runs, which are made only where there is such. True
+// if the latter were measured.
+bool measure(Unjudged& run, bool judge_models) {
+  const SimulateOptions& options = run.options;
+  Results& results = run.results;
+  Alone& alone = run.alone;
+  if (!options.estimate_error || results.outputs.empty() || !options.check_effects) return false;
+  NeglectOptions check;
+  check.method = options.method;
+  check.run = &run.reference;
+  check.run_tolerance = results.statistics.tolerance;
+  check.run_error = std::max(0.0, results.statistics.error_estimate);
+  check.told = &alone.to_measure;
+  for (const ResultBody& body : results.bodies)
+    if (body.displacement.size() > 0) check.deflection = std::max(check.deflection, body.displacement.cwiseAbs().maxCoeff());
+  for (const LeftOutWorth& w : alone.to_measure) check.further.push_back(w.effect);
+  // Also where no output moves: another model's may.
+  ModelCheckOptions richer{unasked_accuracy, model_check_budget(results.statistics.cpu_seconds), check};
+  if (judge_models) {
+    richer.may_tip = beams_that_may_tip(run.scene, alone.effects, results);
+    richer.between_samples =
+        beams_between_samples(run.scene, alone.start->model, alone.effects, results, sure_of_coarse * unasked_accuracy);
   }
-  return results;
+  const bool models = judge_models && any_to_check(run.scene, alone.limits, richer);
+  const size_t effects = neglected(alone.effects, check).size();
+  // A single effect is measured beside the run itself: that is no dearer than two looser runs, and tells more.
+  const bool beside_run = effects == 1 && !models && !run.beside.tried;
+  if ((models || effects > 0) && !beside_run && !run.beside.tried) {
+    run.beside.looser = looser_run(run.scene, options, alone, false, results.statistics);
+    if (run.beside.looser) run.beside.difference = compare_histories(*run.beside.looser, run.reference, output_ranges(run.reference));
+  }
+  const bool paired = run.beside.looser.has_value();
+  check.tolerance = paired ? run.beside.looser->statistics.tolerance : check.run_tolerance;
+  check.floor = paired ? run.beside.difference.largest : 1.5 * check.run_error;
+  if (models && paired) {
+    richer.run = check;
+    check_models(run.scene, alone.effects, alone.limits, *run.beside.looser, richer, results.statistics);
+  }
+  // A second run of the same length is made of short ones only.
+  if (judge_models && results.statistics.cpu_seconds <= least_check)
+    warn_of_few_modes(run.scene, options, run.reference, check.deflection, unasked_accuracy, results.statistics);
+  const bool forces = std::any_of(alone.to_measure.begin(), alone.to_measure.end(),
+                                  [](const LeftOutWorth& w) { return shifts_forces(w, unasked_accuracy); });
+  if ((paired || beside_run) && (forces || output_ranges(run.reference).maxCoeff() > 0.0)) {
+    // What shifts events is not known without its run.
+    const bool shifting = std::any_of(alone.to_measure.begin(), alone.to_measure.end(), is_deformation);
+    check.budget = std::max(check_price * results.statistics.cpu_seconds, shifting ? 2.0 * least_check : least_check);
+    report_neglected(run.scene, alone.effects, paired ? *run.beside.looser : run.reference, check, unasked_accuracy, results.statistics);
+  }
+  return models && paired;
+}
+
+// Says of a run what its model lacks. check: only how far the bodies were bent is wanted, of which nothing is said.
+void judge(Unjudged& run, bool check) {
+  const SimulateOptions& options = run.options;
+  Alone& alone = run.alone;
+  SolverStatistics& s = run.results.statistics;
+  if (options.estimate_error) measure_what_shifts(run.scene, s, unasked_accuracy, alone);
+  const bool measured = measure(run, !check);
+  forget_misfits(s.notes, alone.left_out);
+  report_left_out(run.scene, alone.left_out, unasked_accuracy, s);
+  warn_of_unmeasured(alone.to_measure, s.events, alone.blows_unseen, s.notes);
+  report_left_out(run.scene, alone.to_measure, unasked_accuracy, s);
+  warn_of_coarse_beams(coarse_beams(run.scene, alone.effects, run.results), sure_of_coarse * unasked_accuracy, s.notes);
+  warn_of_held_warping(run.scene, alone.effects, run.results, unasked_accuracy, s.notes);
+  warn_of_tipping(run.scene, alone.effects, run.results, s.notes);
+  if (check) return;
+  if (judges_effects(run.scene, options)) warn_of_leaving_plane(run.scene, alone.effects, s.notes);
+  if (!measured) warn_of_linear_limits(run.scene, alone.limits, unasked_accuracy, s.notes);
 }
 
 // Each time at least one effect of a beam is added; three times are more than any scene has needed.
 constexpr int most_calls = 3;
 
-// The run, made again with what its beams with automatic effects turn out to need. `called` is the scene as it was simulated.
-Results simulate_as_called(const SimulateOptions& options, Called& called) {
+// The run, made again with what its beams with automatic effects turn out to need, its error of time not estimated. `called` is the scene
+// as it was simulated.
+Unjudged simulate_as_called(const SimulateOptions& options, Called& called) {
   for (int round = 0;; ++round) {
     called.more = false;
     const Scene now = called.scene;
-    Results results = with_complete_inertia(now, [&](const Scene& s, int& indefinite) {
-      return simulate_once(s, options, nullptr, round < most_calls ? &called : nullptr, indefinite);
+    Unjudged run = with_complete_inertia(now, [&](const Scene& s, int& indefinite) {
+      return simulate_once(s, options, true, round < most_calls ? &called : nullptr, indefinite);
     });
     if (called.more) continue;
-    results.statistics.notes.prepend(called.notes);
-    return results;
+    run.notes().prepend(called.notes);
+    return run;
   }
 }
 
@@ -343,7 +388,7 @@ bool told_too_little(const Results& before, const Results& tighter, double times
 
 // The run at that tolerance by the method that it ended with, whose price is known; the backward differences of low order are good at loose
 // tolerances only. None where it fails or promises no more.
-std::optional<Results> repeated(const Results& first, const SimulateOptions& options, double tolerance, Called& called) {
+std::optional<Unjudged> repeated(const Results& first, const SimulateOptions& options, double tolerance, Called& called) {
   const SolverStatistics& before = first.statistics;
   SimulateOptions tight = options;
   tight.tolerance = tolerance;
@@ -353,8 +398,9 @@ std::optional<Results> repeated(const Results& first, const SimulateOptions& opt
   const double steps = 2.0 * growth_of_steps(before.tolerance, tolerance) * static_cast<double>(before.steps) + 1000.0;
   tight.max_steps = std::min(steps, steps_allowed(called.scene, options));
   try {
-    Results again = simulate_as_called(tight, called);
-    const bool better = again.statistics.error_estimate < before.error_estimate || told_too_little(first, again, 1.0);
+    Unjudged again = simulate_as_called(tight, called);
+    estimate_time(again);
+    const bool better = again.results.statistics.error_estimate < before.error_estimate || told_too_little(first, again.results, 1.0);
     return better ? std::optional(std::move(again)) : std::nullopt;
   } catch (const SimulationError&) {
     return {};
@@ -369,8 +415,9 @@ std::optional<Results> repeated(const Results& first, const SimulateOptions& opt
 constexpr long few_steps = 100;
 constexpr double estimates_hold_to = 5.0;  // tests/trust/estimates.py
 
-void check_few_steps(const Scene& scene, const SimulateOptions& once, Results& results, Called& called) {
-  SolverStatistics& run = results.statistics;
+void check_few_steps(const Scene& scene, const SimulateOptions& once, Unjudged& unjudged, Called& called) {
+  const Results& results = unjudged.results;
+  SolverStatistics& run = unjudged.results.statistics;
   const bool elastic = std::any_of(results.bodies.begin(), results.bodies.end(), [](const ResultBody& b) { return b.q.cols() > 0; });
   const bool implicit = elastic && run.method == method_name(Method::dirk) && run.steps <= few_steps;
   const auto method = std::find(method_words().begin(), method_words().end(), run.method);
@@ -381,13 +428,14 @@ void check_few_steps(const Scene& scene, const SimulateOptions& once, Results& r
   tight.method = static_cast<Method>(method - method_words().begin());
   tight.max_steps = std::min(10.0 * static_cast<double>(std::max(run.steps, few_steps)), steps_allowed(called.scene, once));
   try {
-    Results again = simulate_as_called(tight, called);
-    if (!told_too_little(results, again, estimates_hold_to)) return;
+    Unjudged again = simulate_as_called(tight, called);
+    if (!told_too_little(results, again.results, estimates_hold_to)) return;
     if (!chosen_tolerance(scene, once)) {
-      results = std::move(again);
+      unjudged = std::move(again);
+      estimate_time(unjudged);
       return;
     }
-    const Histories now = to_histories(again);
+    const Histories now = to_histories(again.results);
     const Difference off = compare_histories(to_histories(results), now, output_ranges(now));
     run.error_estimate = off.largest;
     run.error_column = now.columns[static_cast<size_t>(off.column)];
@@ -410,15 +458,18 @@ Results run_scene(const Scene& scene, const SimulateOptions& options) {
     once.tell = [&](const std::string& sentence) {
       if (said.insert(sentence).second) options.tell(sentence);
     };
-  Results results = simulate_as_called(once, called);
-  const SolverStatistics first = results.statistics;
-  check_few_steps(scene, once, results, called);
+  Unjudged run = simulate_as_called(once, called);
+  estimate_time(run);
+  const SolverStatistics first = run.results.statistics;
+  check_few_steps(scene, once, run, called);
   for (int round = 0; round < most_repetitions; ++round) {
-    const std::optional<double> tolerance = better_tolerance(scene, options, results);
-    std::optional<Results> again = tolerance ? repeated(results, once, *tolerance, called) : std::nullopt;
+    const std::optional<double> tolerance = better_tolerance(scene, options, run.results);
+    std::optional<Unjudged> again = tolerance ? repeated(run.results, once, *tolerance, called) : std::nullopt;
     if (!again) break;
-    results = std::move(*again);
+    run = std::move(*again);
   }
+  judge(run, false);
+  Results results = std::move(run.results);
   if (results.statistics.tolerance < first.tolerance)
     results.statistics.notes.tell(
         "", fmt::format("tolerance {:.0e} taken: with the default one the estimated error of the time integration was {:.2g} of the range "
@@ -488,8 +539,12 @@ JudgedRun run_judged(const Scene& scene, const SimulateOptions& options, double 
 }
 
 Results run_for_check(const Scene& scene, const SimulateOptions& options, std::vector<LinearLimit>& limits) {
-  return with_complete_inertia(scene,
-                               [&](const Scene& s, int& indefinite) { return simulate_once(s, options, &limits, nullptr, indefinite); });
+  Unjudged run =
+      with_complete_inertia(scene, [&](const Scene& s, int& indefinite) { return simulate_once(s, options, false, nullptr, indefinite); });
+  estimate_time(run);
+  judge(run, true);
+  limits = run.alone.limits;
+  return std::move(run.results);
 }
 
 }  // namespace flexframe::sim

@@ -9,8 +9,7 @@
 namespace flexframe::sim {
 
 // simulation: lines of its table; model: of the beam's; force: N, of t.
-inline Results run_cantilever(const std::string& simulation, const std::string& model, const std::string& force,
-                              const SimulateOptions& options) {
+inline Scene cantilever(const std::string& simulation, const std::string& model, const std::string& force) {
   const std::string text = fmt::format(R"([simulation]
 {}
 [[body]]
@@ -27,9 +26,12 @@ direction = [0, 1, 0]
 value = "{}"
 )",
                                        simulation, model, force);
-  return run_scene(
-      parse_scene(text + joint("clamp", "weld", "ground", "beam.root", "") + output("tip", "beam.tip", "position"), "cantilever.toml"),
-      options);
+  return parse_scene(text + joint("clamp", "weld", "ground", "beam.root", "") + output("tip", "beam.tip", "position"), "cantilever.toml");
+}
+
+inline Results run_cantilever(const std::string& simulation, const std::string& model, const std::string& force,
+                              const SimulateOptions& options) {
+  return run_scene(cantilever(simulation, model, force), options);
 }
 
 inline const VecX& tip(const Results& results) { return column(results, "tip.y"); }

@@ -139,6 +139,33 @@ TEST(KeepModes, RoundSectionsInSpace) {
   for (size_t k = 3; k < 5; ++k) EXPECT_NEAR(kept[k].frequency / all[k].frequency, 1.0, 1e-3);
 }
 
+// A strip that swings far too fast for what samples show: whether its elements do is a warning where twice as many would take longer than
+// the check may, with how to measure it, and no such warning where they were measured.
+TEST(ModelCheck, WhatWouldTakeTooLongIsAWarningWithHowToMeasureIt) {
+  const Scene scene = parse_scene(strip(1.0, "elements = 8\neffects = [\"bending_xy\"]", 0.5), "mechanism.toml");
+  const System system = make_system(scene);
+  SimulateOptions loose, tight;
+  loose.tolerance = 1e-5, tight.tolerance = 1e-6;
+  const Histories base = simulate_histories(scene, loose), run = simulate_histories(scene, tight);
+  for (const bool affordable : {true, false}) {
+    ModelCheckOptions check;
+    check.run.tolerance = 1e-5, check.run.run_tolerance = 1e-6;
+    check.run.run = &run;
+    check.between_samples = {0};
+    check.budget = affordable ? 1e3 : 0.0;
+    EXPECT_TRUE(any_to_check(scene, {}, check));
+    SolverStatistics told;
+    check_models(scene, effect_states(scene, system.model), {}, base, check, told);
+    const std::vector<std::string> texts = told.notes.texts(Severity::warning);
+    const bool advised = std::any_of(texts.begin(), texts.end(), [](const std::string& w) {
+      return w.find("compare with a run of twice as many elements") != std::string::npos;
+    });
+    EXPECT_EQ(advised, !affordable);
+    check.between_samples.clear();
+    EXPECT_FALSE(any_to_check(scene, {}, check));
+  }
+}
+
 TEST(KeepModes, WeightAndSpreadLoadsBendAsStaticsSay) {
   const double stiffness = 2.1e11 * 0.02 * 0.01 * 0.01 * 0.01 / 12.0, load = 7800.0 * 0.02 * 0.01 * 9.81;
   const auto exact = [&](double x) { return -load * x * x * (6.0 - 4.0 * x + x * x) / (24.0 * stiffness); };

@@ -1,4 +1,5 @@
 // A default run whose error of time is too large is made again more tightly, where nobody gave a tolerance.
+#include "sim/run/second_run.h"
 #include "tests/unit/cantilever.h"
 
 #include <gtest/gtest.h>
@@ -41,6 +42,22 @@ TEST(RepeatedRun, KeepsOnePerCentWhereNobodyGaveATolerance) {
   EXPECT_EQ(shaken("", beside).statistics.tolerance, 1e-6);
   // Nothing is known of an error that is not estimated.
   EXPECT_EQ(shaken("", alone).statistics.tolerance, 1e-6);
+}
+
+// A run beside another one has a budget: what would take longer is given up as soon as that shows, and what it took is counted.
+TEST(RepeatedRun, RunsBesideItKeepToABudget) {
+  const Scene scene = cantilever("duration = 20\n", "", "10*sin(40*t)");
+  SimulateOptions options;
+  double whole = 0.0, given_up = 0.0;
+  const std::optional<Histories> all = simulated_within(scene, options, 1e6, whole);
+  ASSERT_TRUE(all);
+  const Histories same = simulate_histories(scene, options);
+  EXPECT_EQ(all->values, same.values);
+  EXPECT_GT(whole, 0.0);
+  EXPECT_FALSE(simulated_within(scene, options, 0.2 * whole, given_up));
+  EXPECT_GT(given_up, 0.0);
+  // A quarter of the budget tells, and the time to make the model; half of the budget leaves room for a busy machine.
+  EXPECT_LT(given_up, 0.5 * whole);
 }
 
 // A beam under loads that grow slowly and then stay: 24 steps at the default tolerance, and the run ten times looser, which the estimate
