@@ -62,16 +62,21 @@ Vec3 normal_of(const System& flat, const std::vector<EffectState>& effects, cons
 // Far above rounding, far below any direction that leads out of the plane.
 constexpr double within_plane = 1e-6;
 
-// How far a unit of one coordinate moves points of a mechanism, m, and how much of that leads out of the plane.
+// Coordinates of beams as stiff one way as the other bend them in any direction: partly within the plane, partly out of it.
+enum Way : char { within = 0, partly_out, all_out };
+
+// How far a unit of one coordinate moves points of a mechanism, m, and how much of that stays within the plane and leads out of it.
 struct Leads {
-  double all = 0.0, out = 0.0;
-  void count(const Vec3& way, const Vec3& turn, const Vec3& normal, double size) {
-    all = std::max({all, way.norm(), size * turn.norm()});
-    out = std::max({out, std::abs(way.dot(normal)), size * turn.cross(normal).norm()});
+  double all = 0.0, in = 0.0, out = 0.0;
+  void count(const Vec3& move, const Vec3& turn, const Vec3& normal, double size) {
+    all = std::max({all, move.norm(), size * turn.norm()});
+    in = std::max({in, move.cross(normal).norm(), size * std::abs(turn.dot(normal))});
+    out = std::max({out, std::abs(move.dot(normal)), size * turn.cross(normal).norm()});
   }
+  Way way() const { return out <= within_plane * all ? within : in <= within_plane * all ? all_out : partly_out; }
 };
 
-// Coordinates that move something out of the plane or turn it about an axis within, a mark a rate of w_all.
+// Coordinates that move something out of the plane or turn it about an axis within, a mark (Way) a rate of w_all.
 std::vector<char> leading_out(const Model& model, const Work& work, const Vec3& normal) {
   std::vector<char> out(model.nv, 0);
   for (size_t i = 0; i < model.parts.size(); ++i) {
@@ -87,7 +92,7 @@ std::vector<char> leading_out(const Model& model, const Work& work, const Vec3& 
         for (const FlexibleNode& node : p.body.nodes)
           leads.count(node.phi.col(k - p.joint.nv), node.psi.col(k - p.joint.nv), in_part, model.size);
       }
-      out[k < p.joint.nv ? p.v0 + k : p.ev0 + k - p.joint.nv] = leads.out > within_plane * leads.all;
+      out[k < p.joint.nv ? p.v0 + k : p.ev0 + k - p.joint.nv] = leads.way();
     }
   }
   return out;
@@ -101,24 +106,24 @@ void put_where_it_rests(const System& flat, const Model& model, const std::vecto
     const Part &from = flat.model.parts[i], &to = model.parts[i];
     if (from.name != to.name || from.joint.kind != to.joint.kind || from.body.nodes.size() != to.body.nodes.size()) return;
     work.q.segment(to.q0, to.joint.nq) = flat.work.q.segment(from.q0, from.joint.nq);
-    std::vector<int> within;
+    std::vector<int> bend;
     for (int k = 0; k < to.body.n; ++k)
-      if (!out[to.ev0 + k]) within.push_back(k);
-    if (within.empty()) continue;
+      if (out[to.ev0 + k] != all_out) bend.push_back(k);
+    if (bend.empty()) continue;
     const VecX q = flat.work.q.segment(from.eq0, from.body.n);
     const Eigen::Index nodes = static_cast<Eigen::Index>(to.body.nodes.size());
-    MatX A(6 * nodes, static_cast<Eigen::Index>(within.size()));
+    MatX A(6 * nodes, static_cast<Eigen::Index>(bend.size()));
     VecX b(6 * nodes);
     for (Eigen::Index k = 0; k < nodes; ++k) {
       const FlexibleNode &there = from.body.nodes[k], &here = to.body.nodes[k];
-      A.middleRows<3>(6 * k) = here.phi(Eigen::all, within) / model.size;
-      A.middleRows<3>(6 * k + 3) = here.psi(Eigen::all, within);
+      A.middleRows<3>(6 * k) = here.phi(Eigen::all, bend) / model.size;
+      A.middleRows<3>(6 * k + 3) = here.psi(Eigen::all, bend);
       b.segment<3>(6 * k) = there.phi * q / model.size;
       b.segment<3>(6 * k + 3) = there.psi * q;
     }
     work.q(Eigen::seqN(to.eq0, to.body.n)).setZero();
     const VecX x = A.completeOrthogonalDecomposition().solve(b);
-    for (size_t k = 0; k < within.size(); ++k) work.q[to.eq0 + within[k]] = x[static_cast<Eigen::Index>(k)];
+    for (size_t k = 0; k < bend.size(); ++k) work.q[to.eq0 + bend[k]] = x[static_cast<Eigen::Index>(k)];
   }
   update_positions(model, work);
   renew_partitions(model, false, work);

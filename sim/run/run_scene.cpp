@@ -209,7 +209,8 @@ void measure_what_shifts(const Scene& scene, const SolverStatistics& run, double
 }
 
 // What shifts events or forces and was not measured, as that would have taken too long or failed.
-void warn_of_unmeasured(std::vector<LeftOutWorth>& worth, long events, bool blows_unseen, Notes& notes) {
+// hidden: as the error of time, which is warned of, would hide it.
+void warn_of_unmeasured(std::vector<LeftOutWorth>& worth, long events, bool blows_unseen, bool hidden, Notes& notes) {
   for (const LeftOutWorth& w : worth) {
     if (!is_deformation(w)) continue;
     if (blows_unseen) {
@@ -218,14 +219,18 @@ void warn_of_unmeasured(std::vector<LeftOutWorth>& worth, long events, bool blow
                                  w.effect, fmt::join(w.owners, "', '"), w.effect));
       continue;
     }
-    if (events > 0 && w.share > may_shift_events)
+    if (hidden && w.share <= unasked_accuracy)
+      notes.tell("", fmt::format("{} of '{}' left out: {:.1g} of the range of {} along this motion; what it shifts beyond that was not "
+                                 "measured, as the error of the time integration would hide it",
+                                 w.effect, fmt::join(w.owners, "', '"), w.share, w.column.empty() ? "the outputs" : w.column));
+    else if (events > 0 && w.share > may_shift_events)
       notes.warn("", fmt::format("{} of '{}' is left out: its influence along this motion is {:.1g} of the range of {}, but it also shifts "
                                  "when friction reverses or bodies touch, and its influence may be several times that; add \"{}\" to "
                                  "'effects', or measure it with flexframe effects",
                                  w.effect, fmt::join(w.owners, "', '"), w.share, w.column, w.effect));
     else
       notes.tell("", fmt::format("{} of '{}' left out: {:.1g} of the range of {}; forces within the mechanism may change by about {:.1g}, "
-                                 "which was not measured, as that would take longer than the run; flexframe effects measures it",
+                                 "which was not measured beside this run; flexframe effects measures it",
                                  w.effect, fmt::join(w.owners, "', '"), w.share, w.column.empty() ? "the outputs" : w.column, w.inside));
   }
   std::erase_if(worth, is_deformation);
@@ -273,13 +278,25 @@ void estimate_time(Unjudged& run) {
   run.beside = estimate_time(run.scene, run.options, run.alone, run.reference, run.results);
 }
 
-// What is of second order and left out, and what the models cannot show, beside looser runs, which are made only where there is such. True
-// if the latter were measured.
-bool measure(Unjudged& run, bool judge_models) {
+// Whether pairs of runs tell anything of effects that are left out: not where the error of time, which is warned of, hides what is less
+// than several times what counts, as the same will be asked of the tighter run that the warning advises.
+bool resolves(const Unjudged& run, const NeglectOptions& check) {
+  constexpr double hidden = 5.0 * unasked_accuracy;
+  const double told_from = run.beside.looser ? 2.0 * run.beside.difference.largest : 3.0 * check.run_error;
+  return check.run_error <= unasked_accuracy || told_from <= hidden;
+}
+
+struct Measured {
+  bool models = false;  // what they cannot show
+  bool hidden = false;  // effects were not, as the error of time hides them
+};
+
+// What is of second order and left out, and what the models cannot show, beside looser runs, which are made only where there is such.
+Measured measure(Unjudged& run, bool judge_models) {
   const SimulateOptions& options = run.options;
   Results& results = run.results;
   Alone& alone = run.alone;
-  if (!options.estimate_error || results.outputs.empty() || !options.check_effects) return false;
+  if (!options.estimate_error || results.outputs.empty() || !options.check_effects) return {};
   NeglectOptions check;
   check.method = options.method;
   check.run = &run.reference;
@@ -297,7 +314,8 @@ bool measure(Unjudged& run, bool judge_models) {
         beams_between_samples(run.scene, alone.start->model, alone.effects, results, sure_of_coarse * unasked_accuracy);
   }
   const bool models = judge_models && any_to_check(run.scene, alone.limits, richer);
-  const size_t effects = neglected(alone.effects, check).size();
+  const bool resolved = resolves(run, check);
+  const size_t effects = resolved ? neglected(alone.effects, check).size() : 0;
   // A single effect is measured beside the run itself: that is no dearer than two looser runs, and tells more.
   const bool beside_run = effects == 1 && !models && !run.beside.tried;
   if ((models || effects > 0) && !beside_run && !run.beside.tried) {
@@ -316,13 +334,13 @@ bool measure(Unjudged& run, bool judge_models) {
     warn_of_few_modes(run.scene, options, run.reference, check.deflection, unasked_accuracy, results.statistics);
   const bool forces = std::any_of(alone.to_measure.begin(), alone.to_measure.end(),
                                   [](const LeftOutWorth& w) { return shifts_forces(w, unasked_accuracy); });
-  if ((paired || beside_run) && (forces || output_ranges(run.reference).maxCoeff() > 0.0)) {
+  if (effects > 0 && (paired || beside_run) && (forces || output_ranges(run.reference).maxCoeff() > 0.0)) {
     // What shifts events is not known without its run.
     const bool shifting = std::any_of(alone.to_measure.begin(), alone.to_measure.end(), is_deformation);
     check.budget = std::max(check_price * results.statistics.cpu_seconds, shifting ? 2.0 * least_check : least_check);
     report_neglected(run.scene, alone.effects, paired ? *run.beside.looser : run.reference, check, unasked_accuracy, results.statistics);
   }
-  return models && paired;
+  return {models && paired, !resolved};
 }
 
 // Says of a run what its model lacks. check: only how far the bodies were bent is wanted, of which nothing is said.
@@ -331,17 +349,17 @@ void judge(Unjudged& run, bool check) {
   Alone& alone = run.alone;
   SolverStatistics& s = run.results.statistics;
   if (options.estimate_error) measure_what_shifts(run.scene, s, unasked_accuracy, alone);
-  const bool measured = measure(run, !check);
+  const Measured measured = measure(run, !check);
   forget_misfits(s.notes, alone.left_out);
   report_left_out(run.scene, alone.left_out, unasked_accuracy, s);
-  warn_of_unmeasured(alone.to_measure, s.events, alone.blows_unseen, s.notes);
+  warn_of_unmeasured(alone.to_measure, s.events, alone.blows_unseen, measured.hidden, s.notes);
   report_left_out(run.scene, alone.to_measure, unasked_accuracy, s);
   warn_of_coarse_beams(coarse_beams(run.scene, alone.effects, run.results), sure_of_coarse * unasked_accuracy, s.notes);
   warn_of_held_warping(run.scene, alone.effects, run.results, unasked_accuracy, s.notes);
   warn_of_tipping(run.scene, alone.effects, run.results, s.notes);
   if (check) return;
   if (judges_effects(run.scene, options)) warn_of_leaving_plane(run.scene, alone.effects, s.notes);
-  if (!measured) warn_of_linear_limits(run.scene, alone.limits, unasked_accuracy, s.notes);
+  if (!measured.models) warn_of_linear_limits(run.scene, alone.limits, unasked_accuracy, s.notes);
 }
 
 // Each time at least one effect of a beam is added; three times are more than any scene has needed.
