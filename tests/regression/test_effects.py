@@ -215,10 +215,31 @@ def console_pushed_slowly(folder):
     expect(told and 0.5 * true < max(told) < 3 * true + 3e-4, f"shear is told {told} where {true:.2g} is true: {said}")
 
 
+def hidden_by_time(folder):
+    """An arm that a motor turns and stops, its shear left out: beside a run that is far off in time, and warned of, nothing is measured,
+    which a note says; beside a tight one it is."""
+    text = (
+        "[simulation]\nduration = 0.5\noutput_rate = 200\n"
+        '[[body]]\nname = "arm"\nkind = "beam"\nlength = 1.0\nsection = { shape = "rectangle", height = 0.02, width = 0.02 }\n'
+        "material = { density = 1200, youngs_modulus = 3e9, poisson = 0.38 }\n"
+        'effects = ["bending_xy", "stiffening"]\n'
+        '[[joint]]\nname = "drive"\nkind = "revolute"\nparent = "ground"\nchild = "arm.root"\n'
+        'motion = "t < 0.3 ? 0.5*(t/0.3 - sin(2*pi*t/0.3)/(2*pi)) : 0.5"\n'
+        '[[output]]\nname = "tip"\nof = "arm.tip"\nquantity = "displacement"\n'
+    )
+    for tolerance, hidden in (("1e-4", True), ("1e-7", False)):
+        words = ("simulate", written(folder, "hidden", text), "-v", "--tolerance", tolerance, "--csv", folder / "hidden.csv")
+        said = run(*words).stdout
+        expect(("error of the time integration is" in said) == hidden, f"{tolerance}: time is warned of or not: {said}")
+        expect(bool(re.search("note +shear of 'arm' left out: .*would hide it", said)) == hidden, f"{tolerance}: hidden or not: {said}")
+        expect(bool(re.search("shear of 'arm' left out: .*", said)), f"{tolerance}: something is said of shear: {said}")
+
+
 with temporary_folder() as folder:
     folder = pathlib.Path(folder)
     ties(folder)
     console_pushed_slowly(folder)
+    hidden_by_time(folder)
     turned_at_rest(folder)
     slowed_vibration(folder)
 
