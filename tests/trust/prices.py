@@ -1,9 +1,9 @@
 """What default runs cost:  prices.py FLEXFRAME [--count N] [--seed S] [--kind NAME ...] [--rows FILE] [--table PAGE] [--limit S]
 
-Random scenes of run_trust.py that ask for no accuracy, by default and plain (--no-error-estimate --no-effect-check). Two prices, both of the
-CPU time of the whole default process: over that of the plain one, and over that of the run that stays, which is made with the effects that
-the motion calls for and perhaps at a tighter tolerance (the plain process with the time of that run's integration). Exit 1 where the latter
-is above --most and the run that stays takes more than 0.1 s.
+Random scenes of run_trust.py that ask for no accuracy, by default and plain (--no-error-estimate --no-effect-check). Two prices, both of
+the CPU time of the whole default process: over that of the plain one, and over that of the run that stays, which is made with the effects
+that the motion calls for and perhaps at a tighter tolerance (the plain process with the time of that run's integration). Exit 1 where the
+latter is above --most and the run that stays takes more than 0.1 s.
 
   --rows FILE     results go there line by line; what is there is not run again
   --table PAGE    the table goes between the markers 'prices of checks' and 'end prices of checks' of a Markdown page: the dearest
