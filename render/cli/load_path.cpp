@@ -69,13 +69,15 @@ void report(const Words& w, const sim::LoadPath& path, const fs::path& csv, cons
     limits.push_back({{"load", state.load}, {"outputs", outputs}});
     if (!w.json) fmt::print("{}\n", line);
   }
+  if (!w.json)
+    for (const std::string& note : path.notes) fmt::print("note         {}\n", note);
   for (const std::string& warning : path.warnings) fmt::print(stderr, "warning: {}\n", warning);
   if (!path.complete)
     fmt::print(stderr, "warning: the curve ends at the load {:.6g}, not at {:.6g}: {}\n", path.states.back().load, w.path.to, path.ended);
   if (!w.json) return fmt::print("states       {}\nload path    {}\ndiagram      {}\n", path.states.size(), csv.string(), svg.string());
-  const nlohmann::ordered_json json = {{"scene", w.scene},    {"states", path.states.size()}, {"complete", path.complete},
-                                       {"ended", path.ended}, {"warnings", path.warnings},    {"limit_points", limits},
-                                       {"csv", csv.string()}, {"svg", svg.string()}};
+  const nlohmann::ordered_json json = {{"scene", w.scene},       {"states", path.states.size()}, {"complete", path.complete},
+                                       {"ended", path.ended},    {"warnings", path.warnings},    {"notes", path.notes},
+                                       {"limit_points", limits}, {"csv", csv.string()},          {"svg", svg.string()}};
   fmt::print("{}\n", json_text(json));
 }
 

@@ -126,6 +126,7 @@ void rest_forces(const Model& model, Work& work, const std::vector<VecX>* elasti
     p.fe = p.terms.ce + p.elastic - p.load_e + carried + own;
   }
   to_coordinates(model, work, need, sizes, out);
+  out.unclosed = out.force;
 
   // Loops: virtual displacements of dependent coordinates follow the independent ones.
   for (size_t c = 0; c < model.clusters.size(); ++c) {

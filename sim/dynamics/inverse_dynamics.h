@@ -11,6 +11,7 @@ namespace flexframe::sim {
 struct RestForces {
   VecX force;          // per rate of w_all: what would accelerate it, N, Nm or per elastic coordinate
   double scale = 0.0;  // N: size of the terms that were added up, to judge what is left of them
+  VecX unclosed;       // per rate of w_all: the same where no loop holds it, dependent rates too
   VecX size;           // per rate of w_all: sum of the sizes of the terms in `force`, in its units
 };
 

@@ -7,8 +7,7 @@
 #include "sim/dynamics/massless.h"
 #include "sim/results/outputs.h"
 #include "sim/results/recorder.h"
-#include "sim/run/linear_limit.h"
-#include "sim/run/run_scene.h"
+#include "sim/run/load_path_check.h"
 #include "sim/run/second_run.h"
 #include "sim/start/make_system.h"
 #include "sim/start/static_problem.h"
@@ -17,12 +16,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace flexframe::sim {
 namespace {
 
-// Shares of the range of loads, along the curve: of the first step, the longest, the shortest before it gives up.
+// Shares of the range of loads, along the curve: of the first step, the shortest before it gives up. The longest changes the load by so
+// much of its range, or the mechanism by so much of its size.
 constexpr double first_step = 0.01, longest_step = 0.04, shortest_step = 1e-7;
 // Newton's corrections of a state: a step that needs more is made shorter, one that needs fewer longer.
 constexpr int most_corrections = 8, usual_corrections = 4;
@@ -65,6 +64,7 @@ class Path {
     load_at_rest(system.model, system.work);
     system.work.w.setZero();
     problem_.emplace(static_problem(system.model, system.work));
+    metres_ = rate_sizes(system.model);
     for (const TimeJet& jet : problem_->motion)
       if (jet.rate != 0.0)
         throw InputError(
@@ -75,10 +75,10 @@ class Path {
     out_.units = plans_.units;
   }
 
-  LoadPath follow() {
+  FollowedPath follow() {
     go();
-    warn_of_bending();
-    return std::move(out_);
+    std::vector<LinearLimit> limits = bent();
+    return {std::move(out_), system_.model.effects, std::move(limits), problem_->sought.size(), problem_->model.size};
   }
 
  private:
@@ -94,6 +94,10 @@ class Path {
         restore(before);
         step *= 0.5;
         if (step >= shortest_step * range) continue;
+        if (!by_size_ && close_loops_by_size()) {
+          step = first_step * range;
+          continue;
+        }
         stop("no further state is found beside the last one");
         return;
       }
@@ -110,7 +114,7 @@ class Path {
         return;
       }
       record(false);
-      step = std::min(longest_step * range, step * std::clamp(static_cast<double>(usual_corrections) / std::max(corrections, 1), 0.5, 2.0));
+      step = std::min(longest(range), step * std::clamp(static_cast<double>(usual_corrections) / std::max(corrections, 1), 0.5, 2.0));
     }
     stop(fmt::format("{} states were found", options_.most_states));
   }
@@ -118,10 +122,25 @@ class Path {
   struct State {
     VecX q;
     double load = 0.0;
-    VecX way;                   // direction of the change of q along the curve; with tangent_load of unit length
+    VecX tangent;               // in the directions, m
     double tangent_load = 1.0;  // of the load
+    VecX way;                   // of all coordinates, in reference_; with tangent_load of unit length
+    std::vector<Partition> split;
     bool stable = false;
   };
+
+  // Loops are closed by joints first; where bars come into line, by whatever moves most, so that angles may pass it.
+  bool close_loops_by_size() {
+    by_size_ = true;
+    renew_partitions(problem_->model, by_size_, system_.work);
+    VecX f;
+    return forces(now_.load, f) && find_tangent(now_.way, now_.tangent_load);
+  }
+
+  double longest(double range) const {
+    const double moved = reference_ * now_.way.cwiseAbs().maxCoeff();
+    return longest_step * std::min(range / std::max(std::abs(now_.tangent_load), 1e-300), problem_->model.size / std::max(moved, 1e-300));
+  }
 
   void set_load(double load) {
     if (options_.force.empty()) {
@@ -134,6 +153,7 @@ class Path {
 
   void restore(const State& state) {
     system_.work.q = state.q;
+    for (size_t c = 0; c < state.split.size(); ++c) system_.work.clusters[c].partition = state.split[c];
     set_load(state.load);
     VecX f;
     problem_->evaluate(nullptr, f);
@@ -159,34 +179,39 @@ class Path {
     return problem_->stiffness(K) && K.allFinite();
   }
 
-  // Tangent of the curve at the present state, on along the way so far: [x; load], of unit length with `reference_` metres as long as the
-  // whole load.
+  // What all coordinates do, dependent ones too, in metres, where those that are sought do x.
+  VecX motion(const VecX& x) const {
+    const Model& model = problem_->model;
+    VecX w = VecX::Zero(model.nv);
+    for (size_t k = 0; k < problem_->sought.size(); ++k) {
+      const Direction& d = problem_->sought[k];
+      w[d.v] += x[static_cast<Eigen::Index>(k)] / d.scale;
+    }
+    for (size_t c = 0; c < model.clusters.size(); ++c) {
+      const ClusterWork& cw = system_.work.clusters[c];
+      const int v0 = model.clusters[c].v0;
+      for (size_t r = 0; r < cw.partition.dep.size(); ++r)
+        for (size_t i = 0; i < cw.partition.ind.size(); ++i) w[v0 + cw.partition.dep[r]] += cw.E(r, i) * w[v0 + cw.partition.ind[i]];
+    }
+    return w.cwiseProduct(metres_);
+  }
+
+  // Tangent of the curve at the present state, on along the way so far; of unit length with `reference_` metres as long as the whole load.
   bool find_tangent(const VecX& before, double load_before) {
     MatX K;
     VecX by_load;
     if (!linear(now_.load, K, by_load)) return false;
     const VecX per_load = solve_square(K, by_load);
     if (!per_load.allFinite()) return false;
-    if (reference_ == 0.0) reference_ = std::max(per_load.norm(), 1e-12 * problem_->model.size);
-    const double length = std::hypot(per_load.norm() / reference_, 1.0);
-    tangent_ = per_load / length;
+    const VecX moved = motion(per_load);
+    if (reference_ == 0.0) reference_ = std::max(moved.norm(), 1e-12 * problem_->model.size);
+    double length = std::hypot(moved.norm() / reference_, 1.0);
+    if (before.size() > 0 && moved.dot(before) / reference_ + load_before < 0.0) length = -length;
+    now_.tangent = per_load / length;
     now_.tangent_load = 1.0 / length;
-    const VecX q = system_.work.q;
-    const double little = 1e-6 * problem_->model.size / std::max(tangent_.norm(), 1e-300);
-    move(tangent_, little);
-    VecX f;
-    const bool moved = problem_->evaluate(nullptr, f);
-    // As long as its part of the tangent: elastic coordinates have units of their own.
-    now_.way = system_.work.q - q;
-    if (const double moved_by = now_.way.norm(); moved_by > 0.0) now_.way *= tangent_.norm() / (reference_ * moved_by);
-    system_.work.q = q;
-    if (!moved || !problem_->evaluate(nullptr, f)) return false;
-    const double along = before.size() > 0 ? now_.way.dot(before) + now_.tangent_load * load_before : 1.0;
-    if (along < 0.0) {
-      tangent_ = -tangent_;
-      now_.way = -now_.way;
-      now_.tangent_load = -now_.tangent_load;
-    }
+    now_.way = moved / (length * reference_);
+    now_.split.clear();
+    for (const ClusterWork& cw : system_.work.clusters) now_.split.push_back(cw.partition);
     const MatX S = 0.5 * (K + K.transpose());
     const VecX unit = S.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
     now_.stable = Cholesky(unit.asDiagonal() * S * unit.asDiagonal()).info() == Eigen::Success;
@@ -215,8 +240,9 @@ class Path {
       move(d.head(n), 1.0);
       now_.load += d[n];
       if (!forces(now_.load, f)) return false;
-      // Converged, or as near as the digits allow.
-      if (size <= 1e-11 || (size <= 1e-8 && last > 0.0 && size >= 0.1 * last)) {
+      // Converged; or what is left, by the rate so far, is no more; or as near as the digits allow.
+      const double rate = last > 0.0 ? size / last : 1.0;
+      if (size <= 1e-11 || (rate < 0.5 && rate * size <= 1e-11) || (size <= 1e-8 && last > 0.0 && rate >= 0.1)) {
         now_.q = system_.work.q;
         return true;
       }
@@ -226,17 +252,17 @@ class Path {
   }
 
   bool advance(double step, int& corrections) {
-    const VecX along = tangent_, way = now_.way;
+    const VecX along = now_.tangent, way = now_.way;
     const double load = now_.tangent_load;
     problem_->find_directions(all_);
     if (along.size() != static_cast<Eigen::Index>(problem_->sought.size())) return false;
     move(along, step);
     now_.load += step * load;
     if (!correct(along, load, corrections)) return false;
-    renew_partitions(problem_->model, false, system_.work);
+    renew_partitions(problem_->model, by_size_, system_.work);
     if (!find_tangent(way, load)) return false;
     // A step round a sharp bend might take another branch.
-    return now_.way.dot(way) + now_.tangent_load * load > 0.7;
+    return now_.way.dot(way) + now_.tangent_load * load > 0.9;
   }
 
   // Between `before` and the present state the load turns: the place where it does, by bisection of the step and the tangent's sign.
@@ -244,15 +270,12 @@ class Path {
     const State after = now_;
     now_ = before;
     restore(before);
-    if (!find_tangent(before.way, before.tangent_load)) return;
     double low = 0.0, high = step;
-    const VecX from = tangent_;
     bool found = false;
     for (int k = 0; k < 60 && high - low > 1e-12 * step; ++k) {
       const double middle = 0.5 * (low + high);
       now_ = before;
       restore(before);
-      tangent_ = from;
       int corrections = 0;
       if (!advance(middle, corrections)) break;
       found = true;
@@ -261,7 +284,6 @@ class Path {
     if (found) record(true);
     now_ = after;
     restore(after);
-    find_tangent(after.way, after.tangent_load);
   }
 
   // To the last load itself, from the state before it.
@@ -297,7 +319,7 @@ class Path {
                       "start is near one, and hold what would move freely",
                       system_.scene.file.string(), options_.from));
     if (options_.to < options_.from) {
-      tangent_ = -tangent_;
+      now_.tangent = -now_.tangent;
       now_.way = -now_.way;
       now_.tangent_load = -now_.tangent_load;
     }
@@ -306,9 +328,13 @@ class Path {
 
   void record(bool limit) {
     restore(now_);
-    // Outputs that need none do without: a far deformed beam's truncated kinetic energy may not be positive, which matters to no state at
-    // rest.
-    if (plans_.accelerations) update_accelerations(problem_->model, system_.work);
+    // Nothing accelerates: a far deformed beam's truncated kinetic energy may not be positive, which matters to no state at rest.
+    for (size_t k = 0; k < problem_->model.clusters.size(); ++k) {
+      const Cluster& c = problem_->model.clusters[k];
+      ClusterWork& cw = system_.work.clusters[k];
+      cw.M.setZero(c.nv, c.nv);
+      cw.r = -problem_->rest.unclosed.segment(c.v0, c.nv);
+    }
     if (plans_.reactions) compute_reactions(problem_->model, system_.work, reactions_);
     LoadPathState state{now_.load, now_.stable, limit, VecX::Zero(static_cast<Eigen::Index>(plans_.columns.size()))};
     const double* last = out_.states.empty() ? nullptr : out_.states.back().outputs.data();
@@ -317,8 +343,8 @@ class Path {
     places_.push_back(now_.q);
   }
 
-  // Bodies that bend farther within their frames than linear displacements can show, with the load at which they bend most.
-  void warn_of_bending() {
+  // How far the bodies bend within their frames; `when` is the load.
+  std::vector<LinearLimit> bent() {
     System shown = copy_start(system_);
     shown.scene.outputs.clear();
     shown.work.w.setZero();
@@ -329,17 +355,9 @@ class Path {
       shown.work.q = q;
       recorder.record(shown, 0.0, pack_state(shown, Eigen::Vector2d::Zero()));
     }
-    for (const LinearLimit& limit : linear_limits(shown.scene, shown.model, recorder.finish(shown))) {
-      if (limit.at_rest <= unasked_accuracy) continue;
-      const BodyDef& body = shown.scene.bodies[limit.body];
-      out_.warnings.push_back(
-          fmt::format("body '{}' bends by up to {:.2g} degrees within its own frame (load {:.4g}), where linear displacements are {}: {}",
-                      body.name, limit.turn * 180.0 / std::numbers::pi, limit.when,
-                      limit.at_rest < 0.5 ? fmt::format("wrong by about {:.2g} % of the deflection", 100.0 * limit.at_rest) : "wrong",
-                      !std::holds_alternative<BeamDef>(body.kind) ? "divide it into several bodies"
-                      : limit.pieces > 1                          ? "take more volumes"
-                                                                  : "take model = \"mixed\" with several volumes"));
-    }
+    std::vector<LinearLimit> limits = linear_limits(shown.scene, shown.model, recorder.finish(shown));
+    for (LinearLimit& limit : limits) limit.phase = 0.0;  // nothing vibrates
+    return limits;
   }
 
   void stop(const std::string& why) {
@@ -354,7 +372,8 @@ class Path {
   std::vector<int> varied_;
   Sought all_;
   State now_;
-  VecX tangent_;            // in the directions at now_
+  bool by_size_ = false;
+  VecX metres_;             // per unit of each rate
   double reference_ = 0.0;  // m
   Reactions reactions_;
   LoadPath out_;
@@ -364,12 +383,15 @@ class Path {
 }  // namespace
 
 LoadPath load_path(const Scene& scene, const LoadPathOptions& options) {
-  System system = make_system(without_static_start(scene));
-  if (system.scene.outputs.empty())
-    throw InputError(fmt::format("{}: there is no [[output]]; a load path is one of outputs over the load", scene.file.string()));
-  if (!all_have_inertia(system.model))
-    throw InputError(fmt::format("{}: something without mass is held by springs; give it a mass", scene.file.string()));
-  return Path(system, options).follow();
+  const auto follow = [&](const Scene& s) {
+    System system = make_system(s);
+    if (system.scene.outputs.empty())
+      throw InputError(fmt::format("{}: there is no [[output]]; a load path is one of outputs over the load", s.file.string()));
+    if (!all_have_inertia(system.model))
+      throw InputError(fmt::format("{}: something without mass is held by springs; give it a mass", s.file.string()));
+    return Path(system, options).follow();
+  };
+  return judged_load_path(without_static_start(scene), options, follow);
 }
 
 }  // namespace flexframe::sim

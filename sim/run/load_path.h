@@ -32,6 +32,7 @@ struct LoadPath {
   bool complete = true;                     // `to` was reached
   std::string ended;                        // why not, half a sentence
   std::vector<std::string> warnings;        // what the curve shows wrongly, one sentence each
+  std::vector<std::string> notes;           // what was switched on, or not looked at
 };
 
 // From the state that is found at the load `from`, beside the scene's assembled start, until the load is `to`. Joint friction holds

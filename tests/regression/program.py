@@ -7,6 +7,8 @@ import sys
 import tempfile
 
 sys.path.append(str(pathlib.Path(__file__).parents[1]))
+import one_thread  # noqa: E402, F401 - tests import numpy before this file
+
 flexframe = str(pathlib.Path(sys.argv[1]).resolve())
 source = pathlib.Path(sys.argv[2]).resolve()
 examples = source / "examples"

@@ -15,13 +15,11 @@ import concurrent.futures
 import functools
 import json
 import multiprocessing
-import os
 import pathlib
 import subprocess
 import sys
 import tempfile
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices here are small: threads only wait for each other
 sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).parents[1])]
 import cases.bodies  # noqa: E402, F401
 import cases.effects  # noqa: E402, F401
