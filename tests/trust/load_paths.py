@@ -348,6 +348,12 @@ def limits(loads):
     return [loads[i + 1] for i in range(len(turns) - 1) if turns[i] * turns[i + 1] < 0]
 
 
+def until_end(loads, to):
+    """Those before one that is so near to the end of the range that the curve may end there, or turn."""
+    end = next((i for i, x in enumerate(loads) if x > (1 - LIMIT) * to), len(loads))
+    return loads[:end]
+
+
 def judge(program, case, folder, elements=12):
     """(verdict, what)."""
     machine = case.build(elements)
@@ -383,7 +389,7 @@ def judge(program, case, folder, elements=12):
     at = off.argmax()
     wrong = [f"{off[at]:.2g} off at load {states[at, 0]:.3g}"] if off[at] > OFF else []
     complete = states[-1, 0] >= case.to * (1 - 1e-9)
-    found, true = [x["load"] for x in told["limit_points"]], limits(truth[:, 0])
+    found, true = until_end([x["load"] for x in told["limit_points"]], case.to), until_end(limits(truth[:, 0]), case.to)
     if complete and len(found) != len(true):
         wrong.append(f"limits {found} for {true}")
     away = max((abs(a - b) for a, b in zip(found, true)), default=0.0) / case.to
