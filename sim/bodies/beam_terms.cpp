@@ -464,11 +464,27 @@ void set_axis_mass(FlexibleBody& body, const Properties& p, const BeamEffects& e
 
 namespace {
 
-// The integrals of the interpolating polynomials of the rule's points from 0 to `to`.
+// The integrals of the interpolating polynomials of the rule's points from 0 to `to`. A polynomial's numerator is the product of the
+// factors before and after its own point, so that all of them cost no more than one.
 VecX integrals_to(const GaussRule& rule, double to) {
-  VecX out = VecX::Zero(static_cast<Eigen::Index>(rule.x.size()));
-  for (std::size_t l = 0; l < rule.x.size(); ++l)
-    for (std::size_t g = 0; g < rule.x.size(); ++g) out[static_cast<Eigen::Index>(l)] += to * rule.w[g] * lagrange(rule, l, to * rule.x[g]);
+  const std::size_t n = rule.x.size();
+  VecX out = VecX::Zero(static_cast<Eigen::Index>(n));
+  std::vector<double> after(n + 1, 1.0);
+  for (std::size_t g = 0; g < n; ++g) {
+    const double x = to * rule.x[g], weight = to * rule.w[g];
+    for (std::size_t l = n; l-- > 0;) after[l] = after[l + 1] * (x - rule.x[l]);
+    double before = weight;
+    for (std::size_t l = 0; l < n; ++l) {
+      out[static_cast<Eigen::Index>(l)] += before * after[l + 1];
+      before *= x - rule.x[l];
+    }
+  }
+  for (std::size_t l = 0; l < n; ++l) {
+    double own = 1.0;
+    for (std::size_t i = 0; i < n; ++i)
+      if (i != l) own *= rule.x[l] - rule.x[i];
+    out[static_cast<Eigen::Index>(l)] /= own;
+  }
   return out;
 }
 

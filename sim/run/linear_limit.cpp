@@ -22,7 +22,7 @@ LinearGrowth error_growth(const Scene& scene, const Model& model, int body) {
 
 double tangent_turn(const Vec3& rotation) {
   const double angle = rotation.norm();
-  if (angle == 0.0) return 0.0;
+  if (angle == 0.0 || (rotation.x() == 0.0 && angle <= std::numbers::pi)) return angle;  // about an axis across: all of it
   const double across2 = rotation.tail<2>().squaredNorm() / (angle * angle), half = std::sin(0.5 * angle);
   return 2.0 * std::asin(std::min(1.0, std::sqrt(across2) * std::abs(half)));
 }
@@ -191,14 +191,15 @@ std::vector<LinearLimit> linear_limits(const Scene& scene, const Model& model, c
     for (const std::vector<Eigen::Index>& nodes : nodes_by_piece(body, pieces)) {
       if (nodes.empty()) continue;
       VecX turn = VecX::Zero(rows);
-      for (Eigen::Index row = 0; row < rows; ++row) {
-        // A volume's frame turns with it: what counts is how far it bends.
-        const double from = pieces > 1 ? tangent_turn(body.rotation.block<1, 3>(row, 3 * nodes.front()).transpose()) : 0.0;
-        for (const Eigen::Index k : nodes) {
-          const Vec3 rotation = body.rotation.block<1, 3>(row, 3 * k).transpose();
-          turn[row] = std::max(turn[row], beam ? std::abs(tangent_turn(rotation) - from) : rotation.norm());
-        }
-      }
+      const auto rotation = [&](Eigen::Index row, Eigen::Index node) -> Vec3 {
+        return body.rotation.block<1, 3>(row, 3 * node).transpose();
+      };
+      // A volume's frame turns with it: what counts is how far it bends.
+      VecX from = VecX::Zero(rows);
+      for (Eigen::Index row = 0; row < rows && pieces > 1; ++row) from[row] = tangent_turn(rotation(row, nodes.front()));
+      for (const Eigen::Index k : nodes)  // columns are what lies together
+        for (Eigen::Index row = 0; row < rows; ++row)
+          turn[row] = std::max(turn[row], beam ? std::abs(tangent_turn(rotation(row, k)) - from[row]) : rotation(row, k).norm());
       Eigen::Index at = 0;
       const double largest = turn.maxCoeff(&at), mean_square = turn.squaredNorm() / static_cast<double>(rows);
       if (largest > limit.turn) limit.turn = largest, limit.when = results.times[at];
