@@ -306,7 +306,7 @@ struct Searched {
   bool checked = false;              // what is left out and the models are judged already
 };
 
-Results stated(const Task& t, const Finished& found, const Searched& searched, const SettingsMemory* memory) {
+Results stated(const Task& t, Finished found, const Searched& searched, const SettingsMemory* memory) {
   const double accuracy = t.accuracy;
   const bool spent = searched.allowed > 0.0 && cpu_seconds() > searched.start + searched.allowed;
   AccuracyStatement out;
@@ -322,8 +322,9 @@ Results stated(const Task& t, const Finished& found, const Searched& searched, c
   out.chosen = found.described;
   out.chosen.insert(out.chosen.end(), searched.changed.begin(), searched.changed.end());
   out.chosen.insert(out.chosen.end(), found.chosen.begin(), found.chosen.end());
-  Results results = found.results;
-  out.search_cpu = cpu_seconds() - searched.start - found.cpu();
+  const double cpu = found.cpu();
+  Results results = std::move(found.results);
+  out.search_cpu = cpu_seconds() - searched.start - cpu;
   SolverStatistics& s = results.statistics;
   s.error_estimate = found.error;
   s.error_column = found.column;
@@ -338,11 +339,10 @@ Results stated(const Task& t, const Finished& found, const Searched& searched, c
                                  : found.judged             ? "; its vibrations converge so slowly with more modes that a search would not "
                                                               "bring it there: request less accuracy, or remove this output"
                                                             : ""));
-  if (out.search_cpu > dear_search && out.search_cpu > 10.0 * found.cpu())
-    s.notes.tell("",
-                 fmt::format("the search took {:.0f} times the CPU time of the run that it ended with{}",
-                             out.search_cpu / std::max(found.cpu(), 1e-9), memory ? ", whose settings are kept for the next time" : ""));
-  if (!found.scene.simulation.static_start && nothing_counts(to_histories(found.results), found.looser))
+  if (out.search_cpu > dear_search && out.search_cpu > 10.0 * cpu)
+    s.notes.tell("", fmt::format("the search took {:.0f} times the CPU time of the run that it ended with{}",
+                                 out.search_cpu / std::max(cpu, 1e-9), memory ? ", whose settings are kept for the next time" : ""));
+  if (!found.scene.simulation.static_start && nothing_counts(to_histories(results), found.looser))
     s.notes.warn("",
                  "no output moves by more than what rounding could make of the mechanism's size: the accuracy is not judged; take outputs "
                  "that move, or a tighter tolerance");
@@ -377,8 +377,8 @@ Results simulate_to_accuracy(const Scene& as_given, double accuracy, const Simul
   {
     Task straight = task_for(as_given);
     nearest = straight.nearest;
-    if (const std::optional<Finished> found = go_straight(straight, as_given, left))
-      return stated(straight, *found, {start, 0.0, 0.0, {}, true}, memory);
+    if (std::optional<Finished> found = go_straight(straight, as_given, left))
+      return stated(straight, std::move(*found), {start, 0.0, 0.0, {}, true}, memory);
   }
   // What the motion needs of the effects that are "auto", told by a loose run: the search weighs these and the others by pairs.
   SimulateOptions first = options;
@@ -429,7 +429,7 @@ Results simulate_to_accuracy(const Scene& as_given, double accuracy, const Simul
                                  accuracy, searched));
     return results;
   }
-  return stated(t, *best, {start, allowed, given.run ? std::max(given.run->cpu(), 1e-3) : 0.0, std::move(changed)}, memory);
+  return stated(t, std::move(*best), {start, allowed, given.run ? std::max(given.run->cpu(), 1e-3) : 0.0, std::move(changed)}, memory);
 }
 
 Results simulate_as_asked(const Scene& scene, const SimulateOptions& options, const SettingsMemory* memory) {

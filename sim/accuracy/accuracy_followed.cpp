@@ -22,13 +22,15 @@ constexpr double shifted = 2.25;
 // Where a round brought what lacks down by more than such a fall does, it was bending that lacked.
 constexpr double tail_undamped = 1.28, tail_stiff = 2.0, faster_than_stiff = 2.3;
 // What two loose runs may be apart in time, of what is asked, for them to tell of space at a quarter of the price.
-// Nearer to what is asked than `clearly` they would tell too much (bending slider-crank at 1e-2: 8.1e-3 where 1.4e-3 is true).
-constexpr double loosely_judged = 0.3, clearly = 0.7;
+constexpr double loosely_judged = 0.3;
 // The elements behind half as many modes more are twice as many with this: they err by their number's square or its fourth power.
 constexpr double more_elements = 4.0 / 3.0;
 // What a round of refinement is thought to bring, however little the last one did (every second mode may have no part in the motion), and
 // where none is known: half as many modes more, of which what lacks falls as n^-3. Its price then: twice the one before.
 constexpr double least_fall = 1.2, best_fall = 3.4, usual_growth = 2.0;
+// By which the tolerance falls where time is what lacks. Below the second one the exponential method samples what oscillates
+// (exponential.cpp), at three to six times the price (slider-cranks of several sizes, 3e-7 to 3e-8).
+constexpr double tighter = 0.2, sampled_below = 2e-7, dear_sampled = 6.0;
 
 // What two runs with different modes are apart by, less the squares of what their errors of time may make of it. These are thought larger
 // than they are: what they could hide altogether is still half there (bridge of seed 6: 3.4e-4 beside 3.0e-4 of time was taken for
@@ -76,6 +78,7 @@ struct Followed {
   void call_effects();
   void find_what_lacks();
   bool hopeless();
+  bool too_dear_in_time();
   bool bends_too_far() const;
   bool settle_time(double timely);
   void judge_space();
@@ -255,7 +258,7 @@ std::optional<bool> Followed::judge_loosely(Search& finer, const Setting& next) 
   space = beyond * (left.cwiseAbs2() - of_time.cwiseAbs2()).cwiseMax(0.0).cwiseSqrt();
   const bool lacks = total(0.3 * time) > t.accuracy;
   space = beyond * (left.cwiseAbs2() + of_time.cwiseAbs2()).cwiseSqrt();
-  if (!lacks && total(time) > clearly * t.accuracy) return std::nullopt;
+  if (!lacks && total(time) > t.accuracy) return std::nullopt;
   finer_run.reset();
   brought = largest(left);
   return !lacks;
@@ -267,7 +270,7 @@ bool Followed::judge_all_at_once() {
   if (list.empty()) return total(time) <= t.accuracy;  // what the scene gives is judged by twice of it, at the end
   Search finer = search;
   Setting next = setting;
-  for (Refinement& r : list) r.growth = finer.refine(r, next);
+  finer.refine_all(list, next);
   finer.fineness *= more_elements;
   if (const std::optional<bool> kept = judge_loosely(finer, next)) {
     search.cpu = finer.cpu;
@@ -345,6 +348,16 @@ bool Followed::hopeless() {
   double price = 0.0, next = spent;
   for (int k = 0; k < static_cast<int>(rounds); ++k) price += next *= grew;
   return cpu_seconds() + price > search.until;
+}
+
+// Whether nothing but tighter steps is missing, and these take longer than there is time for.
+bool Followed::too_dear_in_time() {
+  if (total(0.3 * time) > t.accuracy || total(time) <= t.accuracy) return false;
+  const double next = tighter * setting.tolerance;
+  const double factor = next < sampled_below && setting.tolerance >= sampled_below ? dear_sampled : usual_growth;
+  if (cpu_seconds() + factor * here->statistics.cpu_seconds <= search.until) return false;
+  out.unreached = "; steps that follow its vibrations so closely would take too long: request less accuracy, or remove this output";
+  return true;
 }
 
 // Whether more modes in one frame would not do.
@@ -434,7 +447,7 @@ bool Followed::refine() {
   const Setting at_before = setting;
   if ((t.straight ? largest(space) : worst) <= 0.5 * largest(time) || total(0.3 * time) <= t.accuracy) {
     if (setting.tolerance <= tightest) return false;
-    setting.tolerance *= 0.2;
+    setting.tolerance *= tighter;
     only_time = total(0.3 * time) <= t.accuracy;  // what space takes is known
   } else {
     only_time = false;
@@ -464,10 +477,12 @@ bool Followed::refine() {
 
 namespace {
 
-// What run_itself would fill in, from the run that is there.
+// What run_itself would fill in, from the run that is there, of which `judged` keeps all but the histories: these are megabytes.
 void take_whole(const Task& t, const Setting& setting, Finished& out) {
   out.scene = t.search.at(setting);
-  out.results = out.judged->results;
+  out.results = std::move(out.judged->results);
+  out.judged->results = {};
+  out.judged->results.statistics = out.results.statistics;
   out.limits = out.judged->limits;
   out.setting = setting;
   out.method = t.search.method;
@@ -507,6 +522,7 @@ std::optional<Finished> finish_followed(Task& t, double limit) {
         if (!t.straight) f.take_looser();
         break;
       }
+      if (t.straight && f.too_dear_in_time()) break;
       last = f.out;
       last.setting = f.setting;
       if (round == most_rounds || !(f.take_finer() || f.refine())) break;
@@ -531,7 +547,9 @@ std::optional<Finished> finish_followed(Task& t, double limit) {
     f.out.loose_tolerance = loose;  // that of the run which is there
   }
   f.out.coarse = t.coarse;
-  t.keep(f.out);
+  // One that keeps the accuracy is wanted as the result alone.
+  if (t.straight && t.nearest && f.out.error <= t.accuracy) t.nearest->reset();
+  else t.keep(f.out);
   return std::move(f.out);
 }
 

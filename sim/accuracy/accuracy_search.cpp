@@ -262,6 +262,24 @@ double Search::refine(const Refinement& what, Setting& setting) {
   return static_cast<double>(modes_at(level)) / have;
 }
 
+// More modes of bending bring more of stretching and torsion with them, up to those that are kept at first: these count towards twice as
+// many. (A crank of three modes had eight of stretching instead of six, which set the steps of the run that judged it.)
+void Search::refine_all(std::vector<Refinement>& list, Setting& setting) {
+  const Scene here = at(setting);
+  const auto stiff_of = [](const Scene& scene, size_t body) {
+    const BeamDef& beam = std::get<BeamDef>(scene.bodies[body].kind);
+    return (beam.keep_axial ? beam.keep_axial : beam.keep_torsion).value_or(0);
+  };
+  for (Refinement& r : list)
+    if (!r.stiff) r.growth = refine(r, setting);
+  const Scene bent = at(setting);
+  for (Refinement& r : list) {
+    if (!r.stiff) continue;
+    more_[*r.body] += std::max(0, 2 * stiff_of(here, *r.body) - stiff_of(bent, *r.body));
+    r.growth = 2.0;
+  }
+}
+
 std::optional<Scene> Search::halved() const {
   Scene out = scene_;
   bool any = false;

@@ -62,6 +62,8 @@ class Search {
   // From now on the body keeps as many modes as the next level that has two more, or twice as many of stretching and torsion; or the others
   // have the next level. How many times as many these are.
   double refine(const Refinement& what, Setting& setting);
+  // All of them at once, each by what the setting has before; by how much more is left in their `growth`.
+  void refine_all(std::vector<Refinement>& list, Setting& setting);
   // The scene with half the elements, volumes or modes of every body whose resolution may be chosen; none where it has no such body, or
   // nothing to halve.
   std::optional<Scene> halved() const;

@@ -32,8 +32,8 @@ constexpr double may_shift_events = 5e-4;
 // Vibrations that lost so much, of the range of an output, come back only at tolerances that cost more than following them does.
 constexpr double mostly_lost = 0.2;
 // How far the nearest run of those that follow vibrations may be off, in what is asked, at the end of their time: a round brings a third of
-// that for twice the price.
-constexpr double surely_far = 5.0;
+// that for twice the price. And how far one may be that a search would still bring there.
+constexpr double surely_far = 5.0, within_reach = 2.0;
 // A run as it is written is not waited for longer, CPU s; one that follows vibrations is never given up before (a search takes longer).
 constexpr double longest = 120.0, shortest = 3.0;
 // Estimates of what one frame lacks were up to 1.25 times too low (linear_limit.cpp); where so much is kept too nothing is measured.
@@ -518,6 +518,8 @@ std::optional<Finished> Straight::follow_vibrations(double within) {
         "accuracy, or give volumes",
         price);
   }
+  // Where runs are dear, those of a search have fewer modes yet: it brings what misses by little there (console of two beams in space).
+  if (f->error > t_.accuracy && few_ > 0 && f->error <= within_reach * t_.accuracy) return std::nullopt;
   if (f->error > t_.accuracy) return f;
   if (!checked || std::hypot(f->error, effects_) > t_.accuracy) return std::nullopt;
   if (std::any_of(run_.left_out.begin(), run_.left_out.end(), [&](const LeftOutWorth& w) { return chosen_by_scene(w); })) report_chosen(*f);
