@@ -31,6 +31,9 @@ constexpr double least_fall = 1.2, best_fall = 3.4, usual_growth = 2.0;
 // By which the tolerance falls where time is what lacks. Below the second one the exponential method samples what oscillates
 // (exponential.cpp), at three to six times the price (slider-cranks of several sizes, 3e-7 to 3e-8).
 constexpr double tighter = 0.2, sampled_below = 2e-7, dear_sampled = 6.0;
+// A run that samples is judged by one that does too, if that is so many times looser at least: one that does not is off by a hundred times
+// as much, all of which would be told as the error of time.
+constexpr double just_sampled = 0.95 * sampled_below, least_looser = 4.0;
 
 // What two runs with different modes are apart by, less the squares of what their errors of time may make of it. These are thought larger
 // than they are: what they could hide altogether is still half there (bridge of seed 6: 3.4e-4 beside 3.0e-4 of time was taken for
@@ -53,6 +56,7 @@ struct Followed {
   double worst = 0.0;                                  // of the bodies' errors of space
   double lacked = 0.0;                                 // of space, a round before; 0: not known
   double before_round = search.cpu, last_round = 0.0;  // CPU s
+  double share = error_of_difference;                  // of the difference to the looser run, that is error
   bool found_again = t.without.empty();
 
   bool only_time = false;  // the run before had the same modes, which are judged
@@ -80,6 +84,7 @@ struct Followed {
   bool hopeless();
   bool too_dear_in_time();
   bool bends_too_far() const;
+  double looser_than(double tolerance) const;
   bool settle_time(double timely);
   void judge_space();
   double total(const MatX& in_time);
@@ -161,11 +166,19 @@ std::optional<Histories> Followed::run_here() {
   }
 }
 
-// Lowers the tolerance until a run ten times looser is `timely` near; false where that is too dear.
+// The tolerance of the run that judges the time of one with this tolerance.
+double Followed::looser_than(double tolerance) const {
+  const double ten_times = 10.0 * tolerance;
+  const bool samples = t.straight && search.method == Method::exponential && ten_times >= sampled_below;
+  return samples && least_looser * tolerance <= just_sampled ? just_sampled : ten_times;
+}
+
+// Lowers the tolerance until a run ten times looser, or nearly that, is `timely` near; false where that is too dear.
 bool Followed::settle_time(double timely) {
   for (std::optional<Histories> looser;;) {
     if (!looser) {
-      const Scene loose = search.at({setting.level, 10.0 * setting.tolerance});
+      out.loose_tolerance = looser_than(setting.tolerance);
+      const Scene loose = search.at({setting.level, out.loose_tolerance});
       looser = search.run_within(loose, unlimited, whole && out.judged->start ? &*out.judged->start : nullptr);
       if (!looser && setting.tolerance <= tightest) looser = search.run(loose);
     }
@@ -173,7 +186,9 @@ bool Followed::settle_time(double timely) {
     if (looser) {
       out.looser = std::move(*looser);
       here = at_times(*here, out.looser.times);
-      time = error_of_difference * relative(out.looser, *here);
+      const double looser_by = out.loose_tolerance / setting.tolerance;
+      share = looser_by > 9.9 ? error_of_difference : 1.0 / (std::pow(looser_by, cautious_order) - 1.0);
+      time = share * relative(out.looser, *here);
       if (largest(time) <= timely || setting.tolerance <= tightest) break;
       step = std::pow(0.25 * t.accuracy / largest(time), 1.0 / cautious_order);
     }
@@ -182,12 +197,11 @@ bool Followed::settle_time(double timely) {
     looser.reset();
     setting.tolerance = std::max(tightest, before * (decade ? 0.1 : std::clamp(step, 0.1, 0.5)));
     // One decade finds its looser run already there.
-    if (decade && setting.tolerance == 0.1 * before) looser = std::move(here);
+    if (decade && setting.tolerance == 0.1 * before) looser = std::move(here), out.loose_tolerance = before;
     here = run_here();
     if (!here) return false;
     if (setting.tolerance != 0.1 * before) looser.reset();
   }
-  out.loose_tolerance = 10.0 * setting.tolerance;
   return true;
 }
 
@@ -250,10 +264,10 @@ double Followed::tail(double left) const {
 // on top as squares do. None where that leaves open whether the accuracy is kept.
 std::optional<bool> Followed::judge_loosely(Search& finer, const Setting& next) {
   if (search.touches || judge_is_next()) return std::nullopt;
-  if (tail_stiff * largest(time) > loosely_judged * error_of_difference * t.accuracy) return std::nullopt;
-  const std::optional<Histories> judge = finer.run_within(finer.at({next.level, 10.0 * next.tolerance}), unlimited);
+  if (tail_stiff * largest(time) > loosely_judged * share * t.accuracy) return std::nullopt;
+  const std::optional<Histories> judge = finer.run_within(finer.at({next.level, out.loose_tolerance}), unlimited);
   if (!judge) return std::nullopt;
-  const MatX left = relative(*judge, out.looser).cwiseAbs(), of_time = time.cwiseAbs() / error_of_difference;
+  const MatX left = relative(*judge, out.looser).cwiseAbs(), of_time = time.cwiseAbs() / share;
   const double beyond = tail(largest(left));
   space = beyond * (left.cwiseAbs2() - of_time.cwiseAbs2()).cwiseMax(0.0).cwiseSqrt();
   const bool lacks = total(0.3 * time) > t.accuracy;
@@ -302,11 +316,11 @@ bool Followed::judge_stiff_apart(const MatX& by_all) {
     Setting next = setting;
     for (const Refinement& r : list)
       if (r.stiff) finer.refine(r, next);
-    next.tolerance *= 10.0;
+    next.tolerance = out.loose_tolerance;
     const std::optional<Histories> judge = finer.run_within(finer.at(next), unlimited);
     search.cpu = finer.cpu;
     if (judge) {
-      const MatX of_stiff = relative(*judge, out.looser).cwiseAbs() + time.cwiseAbs() / error_of_difference;
+      const MatX of_stiff = relative(*judge, out.looser).cwiseAbs() + time.cwiseAbs() / share;
       space = tail_undamped * by_all.cwiseAbs() + (tail_stiff - tail_undamped) * of_stiff;
       if (total(time) <= t.accuracy) return true;
     }
@@ -317,14 +331,14 @@ bool Followed::judge_stiff_apart(const MatX& by_all) {
 
 // Which bodies lack modes: runs as loose as the one that judges time are enough to tell, where their errors of time do not hide it.
 void Followed::find_what_lacks() {
-  const bool hidden = largest(time) / error_of_difference > 0.3 * brought;
+  const bool hidden = largest(time) / share > 0.3 * brought;
   worst = 0.0;
   for (Refinement& r : list) {
     if (list.size() > 1) {
       Search finer = search;
       Setting next = setting;
       r.growth = finer.refine(r, next);
-      if (!hidden) next.tolerance *= 10.0;
+      if (!hidden) next.tolerance = out.loose_tolerance;
       const std::optional<Histories> judge = finer.run_within(finer.at(next), unlimited);
       search.cpu = finer.cpu;
       r.left = judge ? apart(*judge, hidden ? *here : out.looser) : std::max(largest(space), r.before);
@@ -488,7 +502,6 @@ void take_whole(const Task& t, const Setting& setting, Finished& out) {
   out.method = t.search.method;
   out.described = t.search.describe(setting);
   out.chosen = t.chosen;
-  out.loose_tolerance = 10.0 * setting.tolerance;
 }
 
 }  // namespace
