@@ -31,15 +31,18 @@ MatX vector_sizes(const Histories& h, const MatX& columns) {
 
 }  // namespace
 
-double Finished::add_up(const Histories& fine, const MatX& in_time, const MatX& in_space, const MatX& in_effects) {
+double Finished::add_up(const Histories& fine, const MatX& in_time, const MatX& in_space, const MatX& in_effects, double equal) {
   if (in_time.size() == 0) return error = 0.0;
-  const MatX rest = envelope((in_space.cwiseAbs2() + in_effects.cwiseAbs2()).cwiseSqrt()), whole = rest + envelope(in_time);
+  const MatX rest = envelope((in_space.cwiseAbs2() + in_effects.cwiseAbs2()).cwiseSqrt()), of_time = envelope(in_time);
+  const MatX squares = equal * equal * of_time.cwiseAbs2() + rest.cwiseAbs2();
+  const MatX whole = (rest + of_time).cwiseMax(squares.cwiseSqrt());
   const MatX vectors = vector_sizes(fine, whole);
   error = largest(vectors);
   Eigen::Index at = 0;  // the largest component of the vector that is furthest off
   VecX((vectors.rowwise().maxCoeff().array() >= error).select(whole.rowwise().maxCoeff(), -1.0)).maxCoeff(&at);
   const auto share = [&](const MatX& columns) { return largest(MatX(vector_sizes(fine, columns).row(at))); };
   time = share(in_time), space = share(in_space), effects = share(in_effects);
+  if (std::hypot(equal * time, space, effects) > time + std::hypot(space, effects)) time *= equal;
   column = fine.columns[at];
   return error;
 }

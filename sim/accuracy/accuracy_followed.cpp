@@ -34,6 +34,9 @@ constexpr double tighter = 0.2, sampled_below = 2e-7, dear_sampled = 6.0;
 // A run that samples is judged by one that does too, if that is so many times looser at least: one that does not is off by a hundred times
 // as much, all of which would be told as the error of time.
 constexpr double just_sampled = 0.95 * sampled_below, least_looser = 4.0;
+// One that does not sample is not sure to be nearer the truth than its looser judge: of what they are apart by that much is its own, if
+// both are as far off and in their own way (arm of two beams at 3e-7: half, where a third was told).
+constexpr double equally_off = 0.70710678;
 
 // What two runs with different modes are apart by, less the squares of what their errors of time may make of it. These are thought larger
 // than they are: what they could hide altogether is still half there (bridge of seed 6: 3.4e-4 beside 3.0e-4 of time was taken for
@@ -87,6 +90,7 @@ struct Followed {
   double looser_than(double tolerance) const;
   bool settle_time(double timely);
   void judge_space();
+  double add_up(const MatX& in_time, const MatX& effects);
   double total(const MatX& in_time);
   void take_looser();
   bool add_static();
@@ -408,14 +412,18 @@ void Followed::judge_space() {
   if (search.touches) space *= shifted;
 }
 
+double Followed::add_up(const MatX& in_time, const MatX& effects) {
+  const bool may_not_fall = t.straight && search.method == Method::exponential && setting.tolerance >= sampled_below;
+  return out.add_up(*here, in_time, space, effects, may_not_fall ? equally_off / share : 0.0);
+}
+
 // The error with what is left out, which is found again at this setting where it decides.
 double Followed::total(const MatX& in_time) {
-  if (!found_again && out.add_up(*here, in_time, space, t.rigid) <= t.accuracy &&
-      out.add_up(*here, in_time, space, t.rigid + t.left_out) > t.accuracy) {
+  if (!found_again && add_up(in_time, t.rigid) <= t.accuracy && add_up(in_time, t.rigid + t.left_out) > t.accuracy) {
     t.find_left_out(setting, *here, dearest * here->statistics.cpu_seconds);
     found_again = true;
   }
-  return out.add_up(*here, in_time, space, t.rigid + t.left_out);
+  return add_up(in_time, t.rigid + t.left_out);
 }
 
 // A looser run may do as well, if its difference to this one is small enough: the one that has judged time, ten times looser; else one or

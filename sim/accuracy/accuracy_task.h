@@ -112,8 +112,9 @@ struct Finished {
   std::string unreached;                          // why no search is made where the error is larger than what is asked; empty: the modes
   double cpu() const { return results.statistics.cpu_seconds; }
   // Errors of one output at about the same time add up; those of space and of what is left out have nothing to do with each other, and add
-  // as squares. Columns x samples of `fine`.
-  double add_up(const Histories& fine, const MatX& in_time, const MatX& in_space, const MatX& in_effects);
+  // as squares. Columns x samples of `fine`. Errors of time that may not fall with the tolerance are `equal` times those, and add as
+  // squares too: whichever is more.
+  double add_up(const Histories& fine, const MatX& in_time, const MatX& in_space, const MatX& in_effects, double equal = 0.0);
 };
 
 // The run itself, checked against others; finer as long as that is what lacks. Given up once a run of it takes `limit` CPU s.
