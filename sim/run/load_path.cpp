@@ -78,7 +78,7 @@ class Path {
   FollowedPath follow() {
     go();
     std::vector<LinearLimit> limits = bent();
-    return {std::move(out_), system_.model.effects, std::move(limits), problem_->sought.size(), problem_->model.size};
+    return {std::move(out_), system_.model.effects, std::move(limits), problem_->sought.size(), problem_->model.size, largest_force_};
   }
 
  private:
@@ -336,6 +336,7 @@ class Path {
       cw.r = -problem_->rest.unclosed.segment(c.v0, c.nv);
     }
     if (plans_.reactions) compute_reactions(problem_->model, system_.work, reactions_);
+    largest_force_ = std::max(largest_force_, problem_->rest.scale);
     LoadPathState state{now_.load, now_.stable, limit, VecX::Zero(static_cast<Eigen::Index>(plans_.columns.size()))};
     const double* last = out_.states.empty() ? nullptr : out_.states.back().outputs.data();
     evaluate_outputs(problem_->model, plans_, system_.work, reactions_, {.previous = last, .columns = state.outputs.data()});
@@ -373,8 +374,9 @@ class Path {
   Sought all_;
   State now_;
   bool by_size_ = false;
-  VecX metres_;             // per unit of each rate
-  double reference_ = 0.0;  // m
+  VecX metres_;                 // per unit of each rate
+  double reference_ = 0.0;      // m
+  double largest_force_ = 0.0;  // N
   Reactions reactions_;
   LoadPath out_;
   std::vector<VecX> places_;  // of its states

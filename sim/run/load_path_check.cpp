@@ -34,7 +34,7 @@ struct Group {
   double range = 0.0;
 };
 
-std::vector<Group> groups_of(const LoadPath& path, const LoadPath& other, double size) {
+std::vector<Group> groups_of(const LoadPath& path, const LoadPath& other, double size, double force) {
   std::vector<Group> out;
   std::map<std::pair<std::string, std::string>, size_t> known;
   std::vector<std::string> units;
@@ -65,6 +65,7 @@ std::vector<Group> groups_of(const LoadPath& path, const LoadPath& other, double
     most = std::max(most, out[g].range);
   }
   // What hardly moves beside the others of its kind may be rounding.
+  largest["N"] = std::max(largest["N"], 1e-3 * force);
   largest["N m"] = std::max(largest["N m"], size * largest["N"]);
   largest["m"] = std::max(largest["m"], 1e-6 * size);
   largest["rad"] = std::max(largest["rad"], 1e-6);
@@ -193,7 +194,7 @@ class Judge {
     Worth out;
     out.with = followed(follow_, with_effects_on(scene_, now_.effects, states));
     out.states = std::move(states);
-    if (out.with) out.off = off_curve(now_.path, out.with->path, loads_, now_.size);
+    if (out.with) out.off = off_curve(now_.path, out.with->path, loads_, now_.size, now_.force);
     else out.off.share = -1.0;
     return out;
   }
@@ -273,7 +274,7 @@ class Judge {
       notes_.tell("", "whether the beams have enough elements was not looked at");
       return false;
     }
-    OffCurve off = off_curve(now_.path, with->path, loads_, now_.size);
+    OffCurve off = off_curve(now_.path, with->path, loads_, now_.size, now_.force);
     off.share *= half ? by_halves : by_twice;
     if (off.share <= unasked_accuracy) return true;
     notes_.warn("", fmt::format("the beams have too few elements, volumes or modes: beside {} as many the curve {}; take twice as many",
@@ -291,10 +292,10 @@ class Judge {
 
 }  // namespace
 
-OffCurve off_curve(const LoadPath& path, const LoadPath& other, double loads, double size) {
+OffCurve off_curve(const LoadPath& path, const LoadPath& other, double loads, double size, double force) {
   // Bars that do not lengthen may jam where elastic ones go on.
   if (other.complete && !path.complete) return {1.0, {}, path.states.back().load};
-  const std::vector<Group> groups = groups_of(path, other, size);
+  const std::vector<Group> groups = groups_of(path, other, size, force);
   std::vector<VecX> curve;
   for (const LoadPathState& state : other.states) curve.push_back(scaled(state, groups, loads, true));
   OffCurve out;
@@ -311,7 +312,8 @@ OffCurve off_curve(const LoadPath& path, const LoadPath& other, double loads, do
       nearest = off;
       beyond = !other.complete && k + 2 == curve.size() && part > 1.0;
     }
-    if (beyond || nearest.share <= out.share) continue;
+    if (beyond) break;  // as those after it
+    if (nearest.share <= out.share) continue;
     out = nearest;
     out.load = state.load;
   }

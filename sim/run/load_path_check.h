@@ -20,6 +20,7 @@ struct FollowedPath {
   std::vector<LinearLimit> limits;  // how far its bodies were bent
   size_t directions = 0;            // coordinates that are sought
   double size = 1.0;                // of the mechanism, m
+  double force = 0.0;               // the largest that acts in it at any state, N
 };
 using FollowPath = std::function<FollowedPath(const Scene&)>;
 
@@ -30,8 +31,9 @@ struct OffCurve {
   double load = 0.0;   // of that state
 };
 // Columns that `other` does not have are not compared, nor states beyond its end where it ends early. loads: the range of loads; size: of
-// the mechanism, m. What moves by less than a thousandth of others of its kind (moments: of forces times the size) counts by that.
-OffCurve off_curve(const LoadPath& path, const LoadPath& other, double loads, double size);
+// the mechanism, m; force: the largest in it, N. What moves by less than a thousandth of others of its kind (moments: of forces times the
+// size), or than a millionth of that force (of the size: a billionth), counts by that.
+OffCurve off_curve(const LoadPath& path, const LoadPath& other, double loads, double size, double force);
 
 // The path of a scene. Beams with automatic effects get all that they can have where that moves it by more than a third of
 // unasked_accuracy, and large_bending where one frame is not enough, notes say so; of what else moves it by more than that, and of beams of

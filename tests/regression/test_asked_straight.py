@@ -112,7 +112,7 @@ def followed_vibrations(folder):
         ("pendulum", 1e-3, 11.0, True),
         ("pendulum", 1e-4, 20.0, True),
         ("slider_crank", 1e-3, 12.0, False),
-        ("slider_crank", 1e-2, 3.5, True),
+        ("slider_crank", 1e-2, 6.0, True),
     )
     for name, asked, most, reached in questions:
         text = (examples / f"{name}.toml").read_text().split("[render]")[0]
