@@ -318,6 +318,9 @@ class Path {
           fmt::format("{}: there is no equilibrium at the load factor {} beside the assembled start; choose --from so that the "
                       "start is near one, and hold what would move freely",
                       system_.scene.file.string(), options_.from));
+    if (now_.way.isZero(0.0))
+      out_.warnings.emplace_back(
+          "nothing moves with the load: its value at t = 0, of which the curve shows factors, is zero, or it is held");
     if (options_.to < options_.from) {
       now_.tangent = -now_.tangent;
       now_.way = -now_.way;

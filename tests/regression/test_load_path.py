@@ -170,7 +170,20 @@ def wrong_words(folder):
         expect(says in told, f"{words}: '{says}' is not in: {told}")
 
 
+def no_load(folder):
+    """A load that begins at zero has no factors."""
+    text = '[simulation]\nduration = 1\n[[body]]\nname = "a"\nkind = "rigid"\nmass = 1\n'
+    text += '[[joint]]\nname = "x"\nkind = "prismatic"\nparent = "ground"\nchild = "a"\naxis = [1, 0, 0]\nspring = { stiffness = 10 }\n'
+    text += '[[force]]\nname = "load"\nkind = "force"\non = "a"\ndirection = [1, 0, 0]\nvalue = "5*t"\n'
+    text += '[[output]]\nname = "x"\nof = "x"\nquantity = "value"\n'
+    said = path(folder, text, "--force", "load")[1]
+    expect("nothing moves" in said, f"a load of zero: {said}")
+    h_, said = path(folder, text.replace("5*t", "5"), "--force", "load")
+    expect("nothing moves" not in said, f"a load that moves: {said}")
+    near(h_["x"][-1], 0.5, 1e-12, "a spring under its load, m")
+
+
 with temporary_folder() as folder:
-    for part in (cantilever, truss, toggle, wrong_words):
+    for part in (cantilever, truss, toggle, wrong_words, no_load):
         part(pathlib.Path(folder))
 finish()
