@@ -137,6 +137,10 @@ std::string effects_of(const std::vector<EffectState>& states) {
   return list_words(std::vector(names.begin(), names.end()));
 }
 
+const char* it_or_them(const std::vector<EffectState>& states) {
+  return std::any_of(states.begin(), states.end(), [&](const EffectState& s) { return s.effect != states.front().effect; }) ? "them" : "it";
+}
+
 // The scene with twice or half of the elements of every beam that can have them; none where no beam can.
 std::optional<Scene> with_other_elements(const Scene& scene, bool half) {
   Scene out = scene;
@@ -227,8 +231,8 @@ class Judge {
 
   // The path with these is the path.
   void switch_on(Worth& all) {
-    notes_.tell("", fmt::format("{} of {} switched on: without {} the curve {}", effects_of(all.states), owners_of(all.states),
-                                all.states.size() > 1 ? "them" : "it", off_words(all.off)));
+    notes_.tell("", fmt::format("switched on: {} of {}; without {} the curve {}", effects_of(all.states), owners_of(all.states),
+                                it_or_them(all.states), off_words(all.off)));
     scene_ = with_effects_on(scene_, now_.effects, all.states);
     now_ = std::move(*all.with);
   }
@@ -236,13 +240,13 @@ class Judge {
   void warn_of_effects() {
     for (const Worth& w : worth_) {
       if (w.off.share < 0.0) {
-        notes_.warn("", fmt::format("{} of {} is left out, and the curve with it cannot be followed: its influence is not known",
-                                    effects_of(w.states), owners_of(w.states)));
+        notes_.warn("", fmt::format("left out: {} of {}; the curve with {} cannot be followed, so that what this is worth is not known",
+                                    effects_of(w.states), owners_of(w.states), it_or_them(w.states)));
         continue;
       }
       if (w.off.share <= unasked_accuracy) continue;
-      notes_.warn("", fmt::format("{} of {} is left out, but without it the curve {}: add it to 'effects'", effects_of(w.states),
-                                  owners_of(w.states), off_words(w.off)));
+      notes_.warn("", fmt::format("left out: {} of {}; without {} the curve {}: add {} to 'effects'", effects_of(w.states),
+                                  owners_of(w.states), it_or_them(w.states), off_words(w.off), it_or_them(w.states)));
     }
   }
 

@@ -57,42 +57,39 @@ class Case:
         self.build, self.what, self.to = build, what, to
 
 
+def clamped(L, s, m, stands, force, way, more):
+    """A beam that stands at an angle on its clamp, a dead load along `way` at its tip."""
+
+    def build(n):
+        d = Machine(1.0)
+        d.beam("beam", L, s, m, (0, 0, stands), elements=n, more=more)
+        d.weld("clamp", (0, 0), "beam.root")
+        d.force("beam.tip", way, load(force), name="load")
+        d.position("tip", "beam.tip")
+        d.reaction("foot", "clamp")
+        return d
+
+    return build
+
+
 def cantilever(r):
     """A clamped beam under a dead load at its tip in any direction, from little to far"""
     m = pick(r, STEEL, SPRING_STEEL, PLASTIC, RUBBER)
     L = 10 ** r.uniform(-1, 0.7)
     s, _, _ = bar(r, L, (8, 100), m)
     force, way, more = 10 ** r.uniform(-2, 0.7) * m["E"] * s["iz"] / L**2, r.uniform(0.2, 2.9), chosen(r)
-
-    def build(n):
-        d = Machine(1.0)
-        d.beam("beam", L, s, m, (0, 0, 0), elements=n, more=more)
-        d.weld("clamp", (0, 0), "beam.root")
-        d.force("beam.tip", (math.cos(way), math.sin(way)), load(force), name="load")
-        d.position("tip", "beam.tip")
-        d.reaction("foot", "clamp")
-        return d
-
+    build = clamped(L, s, m, 0, force, (math.cos(way), math.sin(way)), more)
     return Case(build, f"P L^2/EI = {force * L * L / (m['E'] * s['iz']):.2g} at {math.degrees(way):.0f} degrees, {more or 'auto'}")
 
 
 def column(r):
-    """A clamped column pressed by up to three times its critical load, with a small force across"""
+    """A clamped column pressed by up to twice its critical load, with a small force across"""
     m = pick(r, STEEL, SPRING_STEEL, PLASTIC)
     L = 10 ** r.uniform(-1, 0.7)
     s, _, _ = bar(r, L, (20, 120), m)
     critical = math.pi**2 / 4 * m["E"] * s["iz"] / L**2
     force, share, more = critical * r.uniform(0.5, 2.0), 10 ** r.uniform(-3, -1.5), chosen(r)
-
-    def build(n):
-        d = Machine(1.0)
-        d.beam("beam", L, s, m, (0, 0, math.pi / 2), elements=n, more=more)
-        d.weld("clamp", (0, 0), "beam.root")
-        d.force("beam.tip", (share, -1), load(force), name="load")
-        d.position("tip", "beam.tip")
-        d.reaction("foot", "clamp")
-        return d
-
+    build = clamped(L, s, m, math.pi / 2, force, (share, -1), more)
     return Case(build, f"{force / critical:.2g} of the critical load, {share:.1g} of it across, {more or 'auto'}")
 
 
