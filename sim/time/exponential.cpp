@@ -1,5 +1,6 @@
 #include "sim/time/exponential.h"
 
+#include "sim/base/small_matrices.h"
 #include "sim/time/power_series.h"
 
 #include <algorithm>
@@ -37,7 +38,7 @@ constexpr double aimed_at = 0.4, least_longer = 1.3, most_longer = 3.0;  // of w
 // Of the radians of a series, those that the rest makes at least: one piece.
 constexpr double least_share = 0.9;
 // What followed apart does to the rest may be left out so far, in weights a step.
-constexpr double apart_leaves = 0.05, unrest_share = 2.0;
+constexpr double apart_leaves = 0.1, unrest_share = 2.0;
 // What a correction in closed form may leave out, in weights; of what acts at the end so much does on the average.
 constexpr double most_left_out = 0.1, mean_share = 0.3;
 // Rounding of the rates is looked at after so many steps that failed, where a third of all did; errors of so many times what it does are
@@ -45,7 +46,12 @@ constexpr double most_left_out = 0.1, mean_share = 0.3;
 constexpr long failures_looked_at = 20;
 constexpr double rounding_units = 10.0, least_rounding = 1e-3;
 // Two thirds of the series of a step are lost where it is repeated: at 0.9 a third of the steps were.
-constexpr double safety = 0.75, most_lengthened = 2.0, least_shrink = 0.2;
+constexpr double safety = 0.75, least_shrink = 0.2;
+// Vibrations and what they do to the motion grow faster with a step than its cube tells: twice as long ones failed in one of three, and a
+// step that fails costs as much as three.
+constexpr double most_lengthened = 1.5;
+// A step whose correction in closed form says that it fails by that much is not solved anew.
+constexpr double fails = 1.5;
 
 }  // namespace
 
@@ -129,8 +135,8 @@ VecX ExponentialSolver::remainder(const LinearModel& m, double t, const VecX& y,
   VecX d = rates;
   d.head(nq_) -= m.coordinates(y.segment(nq_, nw_));
   const VecX p = m.directions(y.head(nq_) - m.state.head(nq_));
-  d.segment(nq_, nw_) -=
-      m.rates.segment(nq_, nw_) + m.A * p + (t - m.time) * (m.A1 * p) + m.B * (y.segment(nq_, nw_) - m.state.segment(nq_, nw_));
+  d.segment(nq_, nw_) -= m.rates.segment(nq_, nw_) + times(m.A, p) + (t - m.time) * times(m.A1, p) +
+                         times(m.B, y.segment(nq_, nw_) - m.state.segment(nq_, nw_));
   return d;
 }
 
@@ -169,13 +175,11 @@ VecX ExponentialSolver::LinearModel::coordinates(const VecX& p) const {
 }
 
 void ExponentialSolver::LinearModel::write_amounts(const double* w, double* out) const {
-  const Eigen::Map<const VecX> from(w, P.rows);
-  Eigen::Map<VecX> to(out, P.rows);
-  if (plain) to = from;
-  else to.noalias() = modes.gauges * from;
+  if (plain) std::copy_n(w, P.rows, out);
+  else multiply(modes.gauges, w, out);
 }
 
-VecX ExponentialSolver::LinearModel::of_amounts(const VecX& amounts) const { return plain ? amounts : VecX(modes.shapes * amounts); }
+VecX ExponentialSolver::LinearModel::of_amounts(const VecX& amounts) const { return plain ? amounts : times(modes.shapes, amounts); }
 
 // For steps of h seconds: from those of the model before where they are close, else anew; none where there is no whole set of them.
 void ExponentialSolver::set_modes(LinearModel& m, double h) {
@@ -232,10 +236,10 @@ void ExponentialSolver::remove_oscillation(const LinearModel& m, const Parabola&
   const double theta = s / span, most = problem_.tolerance < sampled_below ? turned_sampled : turned;
   const auto rows = [&](const auto& v) { return v.segment(nq_, nw_); };
   const VecX w = rows(y), p = m.directions(y.head(nq_) - m.state.head(nq_));
-  const VecX load = rows(m.rates) + m.B * (w - rows(m.state)) + rows(d.col(0)) + theta * (rows(d.col(1)) + theta * rows(d.col(2)));
+  const VecX load = rows(m.rates) + times(m.B, w - rows(m.state)) + rows(d.col(0)) + theta * (rows(d.col(1)) + theta * rows(d.col(2)));
   const VecX load_rate = (rows(d.col(1)) + 2.0 * theta * rows(d.col(2))) / span;
-  VecX dp = m.modes.gauges * p, dw = m.modes.gauges * w;
-  const VecX g = m.modes.gauges * load, gr = m.modes.gauges * load_rate;
+  VecX dp = times(m.modes.gauges, p), dw = times(m.modes.gauges, w);
+  const VecX g = times(m.modes.gauges, load), gr = times(m.modes.gauges, load_rate);
   for (Eigen::Index k = 0; k < dp.size(); ++k) {
     const double f = m.modes.frequencies[k], x = within * f;
     if (x < least_turned) {
@@ -246,8 +250,8 @@ void ExponentialSolver::remove_oscillation(const LinearModel& m, const Parabola&
     dp[k] = share * (dp[k] - g[k] / (f * f));
     dw[k] = share * (dw[k] - gr[k] / (f * f));
   }
-  y.head(nq_) -= m.coordinates(m.modes.shapes * dp);
-  y.segment(nq_, nw_) -= m.modes.shapes * dw;
+  y.head(nq_) -= m.coordinates(times(m.modes.shapes, dp));
+  y.segment(nq_, nw_) -= times(m.modes.shapes, dw);
 }
 
 ModalState ExponentialSolver::Amounts::state(const VecX& at, double s) const {
@@ -268,7 +272,7 @@ ExponentialSolver::Amounts ExponentialSolver::amounts_of(const LinearModel& m, c
   m.write_amounts(y.data() + nq_, a.z.data());
   m.write_amounts(m.directions(y.head(nq_) - m.state.head(nq_)).data(), a.z.data() + rows);
   MatX w = d.middleRows(nq_, n);
-  w.col(0) += m.rates.segment(nq_, n) - m.B * m.state.segment(nq_, n);
+  w.col(0) += m.rates.segment(nq_, n) - times(m.B, m.state.segment(nq_, n));
   a.loads = MatX::Zero(2 * rows, 3);
   for (int k = 0; k < 3; ++k) {
     double* const loads = a.loads.col(k).data();
@@ -336,7 +340,7 @@ bool ExponentialSolver::solve(const LinearModel& m, const VecX& y, double t, con
     if (!((away * fast.array() * m.modes.A1.diagonal().array().abs() <= changing * m.modes.frequencies.array().square()).all())) break;
     // A state to linearise about is freed from them anyway. However small they are: their energy is not.
     if (reach.left_out > 0.0) {
-      out.free = follow_free(m.modes, amounts.weights, {free, amounts.tau, reach.length, reach.left_out, most_spans}, last.spans);
+      out.free = follow_free(m.modes, amounts.weights, {{free, amounts.tau, reach.length}, reach.left_out, most_spans}, last.spans);
       if (out.free.empty()) {
         last.radians = most_longer * radians;
         last.spans = std::max(1, most_spans / 8);
@@ -474,15 +478,16 @@ bool ExponentialSolver::find_end(const VecX& centre, const VecX& slope, const Ve
 // rates' matrix acts on it, and that of the deflections as far as it is none of the vibrations'.
 bool ExponentialSolver::correct_end(const VecX& change, double h, const VecX& weight, VecX& end) const {
   const LinearModel& m = trial_model_;
-  if (m.modes.frequencies.isZero(0.0)) return false;
   end = predicted_;
+  if (m.modes.frequencies.isZero(0.0)) return false;
   add_correction(m, correction_by(m, change), h, 1.0, end);
   if (!end.allFinite()) return false;
   const VecX w = end.segment(nq_, nw_) - predicted_.segment(nq_, nw_), p = m.directions(end.head(nq_) - predicted_.head(nq_));
   VecX left_out(problem_.size);
   left_out.setZero();
   left_out.segment(nq_, nw_) =
-      mean_share * h * (m.B * w + m.A * p + m.modes.shapes * VecX(m.modes.frequencies.cwiseAbs2().cwiseProduct(VecX(m.modes.gauges * p))));
+      mean_share * h *
+      (times(m.B, w) + times(m.A, p) + times(m.modes.shapes, m.modes.frequencies.cwiseAbs2().cwiseProduct(times(m.modes.gauges, p))));
   left_out.head(nq_) = mean_share * h * m.coordinates(left_out.segment(nq_, nw_));
   return left_out.cwiseProduct(weight).squaredNorm() <= most_left_out * most_left_out * static_cast<double>(problem_.size);
 }
@@ -512,16 +517,17 @@ bool ExponentialSolver::attempt(double h) {
   const VecX d1 = remainder(trial_model_, time_ + h, calm_end_, calm_end_rate_);
   VecX weight(size);
   problem_.weights(state_.data(), weight.data());
+  const auto moved = [&] { return std::sqrt((end_ - predicted_).cwiseProduct(weight).squaredNorm() / static_cast<double>(size)); };
   trial_changed_ = d1 - (trial_d_.col(0) + trial_d_.col(1) + trial_d_.col(2));
   if (correct_end(trial_changed_, h, weight, end_)) {
     trial_d_.col(1) -= trial_changed_;
     trial_d_.col(2) += 2.0 * trial_changed_;
   } else {
     trial_changed_.resize(0);
-    if (!find_end(centre, 0.5 * (d1 - d0), 0.5 * (d0 + d1) - centre, h, end_)) return false;
+    const bool failed = end_.allFinite() && moved() > fails;
+    if (!failed && !find_end(centre, 0.5 * (d1 - d0), 0.5 * (d0 + d1) - centre, h, end_)) return false;
   }
-  const VecX change = end_ - predicted_;
-  error_ = std::sqrt(change.cwiseProduct(weight).squaredNorm() / static_cast<double>(size));
+  error_ = moved();
   trial_shaken_ = {};
   if (error_ > 1.0) error_ -= rounding_of(trial_model_, h, weight);
   return error_ > 1.0 || problem_.tolerance >= sampled_below || follow_oscillation(h, weight);
@@ -557,8 +563,8 @@ double ExponentialSolver::effect_of(const LinearModel& m, const MatX& load, doub
     most[k] /= f;
   }
   VecX state(nq_ + nw_);
-  state.head(nq_) = m.coordinates(m.modes.shapes * p);
-  state.tail(nw_) = m.modes.shapes * most;
+  state.head(nq_) = m.coordinates(times(m.modes.shapes, p));
+  state.tail(nw_) = times(m.modes.shapes, most);
   return std::sqrt(state.cwiseProduct(weight.head(nq_ + nw_)).squaredNorm() / static_cast<double>(problem_.size));
 }
 
@@ -632,8 +638,8 @@ bool ExponentialSolver::follow_oscillation(double h, const VecX& weight) {
 void ExponentialSolver::add_shaken(const LinearModel& m, const Shaken& shaken, double s, VecX& y) const {
   if (shaken.empty()) return;
   const VecX amounts = shaken.at(s);
-  y.head(nq_) += m.coordinates(m.modes.shapes * amounts.head(nw_));
-  y.segment(nq_, nw_) += m.modes.shapes * amounts.tail(nw_);
+  y.head(nq_) += m.coordinates(times(m.modes.shapes, amounts.head(nw_)));
+  y.segment(nq_, nw_) += times(m.modes.shapes, amounts.tail(nw_));
 }
 
 double ExponentialSolver::step(double t_stop, VecX& y) {

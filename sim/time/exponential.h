@@ -143,8 +143,9 @@ class ExponentialSolver {
       double frequency;
       ClosedForm form;
     };
-    std::vector<Fast> fast;          // modes that turn within the step, driven by the correction
-    std::vector<Eigen::Index> slow;  // the others
+    std::vector<Fast> fast;              // modes that turn within the step, driven by the correction
+    std::vector<Eigen::Index> slow;      // the others
+    std::vector<double> sines, cosines;  // of the fast ones
   };
   void begin_within() const;
   void correct_within(double theta) const;

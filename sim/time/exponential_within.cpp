@@ -1,6 +1,7 @@
 // States within a step of the exponential method: what runs are sampled at. Everything that does not depend on the time is made once a
 // step.
 #include "sim/base/sine_cosine.h"
+#include "sim/base/sines_cosines.h"
 #include "sim/base/small_matrices.h"
 #include "sim/time/exponential.h"
 #include "sim/time/power_series.h"
@@ -24,15 +25,18 @@ ExponentialSolver::ClosedForm closed_form(double f, double h, double g, double g
   return {a, b, c, sine};
 }
 
-Driven at(const ExponentialSolver::ClosedForm& form, double f, double h, double gq, double x) {
+// sin, cos: of f h x.
+Driven at(const ExponentialSolver::ClosedForm& form, double f, double h, double gq, double x, double sin, double cos) {
   const auto [a, b, c, sine] = form;
-  double sin = 0.0, cos = 0.0;
-  sine_cosine(f * h * x, sin, cos);
   return {a + b * x + c * x * x - a * cos + sine * sin, (b + 2.0 * c * x) / h + f * (a * sin + sine * cos) - gq * (2.0 * x * x - x)};
 }
 
 Driven driven(double f, double h, double g, double gq, double x) {
-  if (f * h >= once_round) return at(closed_form(f, h, g, gq), f, h, gq, x);
+  if (f * h >= once_round) {
+    double sin = 0.0, cos = 0.0;
+    sine_cosine(f * h * x, sin, cos);
+    return at(closed_form(f, h, g, gq), f, h, gq, x, sin, cos);
+  }
   // A series: where little turns, the closed form loses its digits.
   const double square = f * f * h * h, loads[3] = {-gq * h, 4.0 * gq * h - g * h * h, 2.0 * g * h * h};
   double c[14] = {0.0, 0.0}, u = 0.0, du = 0.0, power = 1.0;
@@ -49,7 +53,7 @@ Driven driven(double f, double h, double g, double gq, double x) {
 
 // What a remainder that is `change` (2 theta^2 - theta) more makes of the state, from a step's beginning on.
 ExponentialSolver::Correction ExponentialSolver::correction_by(const LinearModel& m, const VecX& change) const {
-  return {change, m.modes.gauges * change.segment(nq_, nw_), m.modes.gauges * m.directions(change.head(nq_))};
+  return {change, times(m.modes.gauges, change.segment(nq_, nw_)), times(m.modes.gauges, m.directions(change.head(nq_)))};
 }
 
 void ExponentialSolver::add_correction(const LinearModel& m, const Correction& by, double h, double theta, VecX& y) const {
@@ -66,8 +70,8 @@ void ExponentialSolver::add_correction(const LinearModel& m, const Correction& b
     // p moves by what its coordinates' own remainder moves already.
     u[k] = d.u - once * p[k], v[k] = d.v;
   }
-  y.segment(nq_, nw_) += m.modes.shapes * v;
-  y.head(nq_) += m.coordinates(m.modes.shapes * u);
+  y.segment(nq_, nw_) += times(m.modes.shapes, v);
+  y.head(nq_) += m.coordinates(times(m.modes.shapes, u));
 }
 
 // The correction changes the polynomials by h x^2 (2 x / 3 - 1/2) of what it adds to coordinates and quadratures themselves.
@@ -100,6 +104,8 @@ void ExponentialSolver::begin_within() const {
   for (Eigen::Index k = 0; k < nw_; ++k)
     if (const double f = m.modes.frequencies[k]; f * span_ < once_round) w.slow.push_back(k);
     else w.fast.push_back({k, f, closed_form(f, span_, correction_.w[k], correction_.p[k])});
+  w.sines.resize(w.fast.size());
+  w.cosines.resize(w.fast.size());
   if (m.plain) w.correction_moves = m.T.dense() * m.modes.shapes;
 }
 
@@ -113,8 +119,12 @@ void ExponentialSolver::correct_within(double theta) const {
     const Driven d = f > 0.0 ? driven(f, h, w, p, theta) : Driven{twice * w + once * p, once * w};
     v[k] = d.v, u[k] = d.u - once * p;
   }
-  for (const Within::Fast& mode : in.fast) {
-    const Driven d = at(mode.form, mode.frequency, h, correction_.p[mode.at], theta);
+  const size_t turning = in.fast.size();
+  for (size_t i = 0; i < turning; ++i) in.sines[i] = in.fast[i].frequency * h * theta;
+  sines_cosines(in.sines.data(), static_cast<int>(turning), in.sines.data(), in.cosines.data());
+  for (size_t i = 0; i < turning; ++i) {
+    const Within::Fast& mode = in.fast[i];
+    const Driven d = at(mode.form, mode.frequency, h, correction_.p[mode.at], theta, in.sines[i], in.cosines[i]);
     v[mode.at] = d.v, u[mode.at] = d.u - once * correction_.p[mode.at];
   }
 }

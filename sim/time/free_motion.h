@@ -11,9 +11,16 @@ namespace flexframe::sim {
 
 class FreeMotion {
  public:
-  // From the amounts z = [p; w] at a time `tau` seconds after that of the modes, over `length` seconds in `spans` equal spans.
+  // From the amounts z = [p; w] at a time `tau` seconds after that of the modes, over `length` seconds.
+  struct Way {
+    const VecX& z;
+    double tau, length;
+  };
+  struct Exchange;  // what modes do to each other
+  struct Backlash;  // and by that to themselves
   FreeMotion() = default;
-  FreeMotion(const Modes& modes, double tau, double length, int spans, const VecX& z);
+  // In equal spans.
+  FreeMotion(const Exchange& exchange, const Backlash& back, const Way& way, int spans);
   bool empty() const { return before_.cols() == 0; }
   // [p; w] at s seconds after the beginning; not finite where the coupling is too strong for the spans.
   VecX at(double s) const;
@@ -22,14 +29,15 @@ class FreeMotion {
 
  private:
   double span_ = 0.0;
-  VecX frequencies_;
+  Eigen::Index n_ = 0;
+  VecX frequencies_;     // up to a multiple of four
   MatX before_, after_;  // what does not turn, referred to the middle of each span: before and after its coupling
 };
 
-// From [p; w] = z on, tau seconds after the time of the modes, with an error that is told to be below `most` in weights at the end.
+// With an error that is told to be below `most` in weights at the end.
 struct FreeAsked {
-  const VecX& z;
-  double tau, length, most;
+  FreeMotion::Way way;
+  double most;
   int most_spans;
 };
 

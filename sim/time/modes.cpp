@@ -1,6 +1,7 @@
 #include "sim/time/modes.h"
 
 #include "sim/base/eigen_solvers.h"
+#include "sim/base/small_matrices.h"
 #include "sim/base/wide.h"
 
 #include <algorithm>
@@ -83,6 +84,12 @@ bool invert_better(Modes& m) {
 
 }  // namespace
 
+VecX times(const MatX& A, const VecX& x) {
+  VecX y(A.rows());
+  multiply(A, x.data(), y.data());
+  return y;
+}
+
 bool find_modes(const MatX& A, Modes& modes) {
   const Eigen::Index n = A.rows();
   if (n == 0 || !A.allFinite()) return false;
@@ -146,10 +153,10 @@ void express_modes(const MatX& A, const MatX& B, const MatX& A1, Modes& m) {
 
 void held_at(const Modes& m, const VecX& fast, const ModalState& z, VecX& u, VecX& v) {
   const VecX slow = VecX::Ones(fast.size()) - fast;
-  const VecX w = slow.cwiseProduct(z.w), p = slow.cwiseProduct(z.p), A1p = m.A1 * p;
-  const VecX load = z.load_w + m.B * w + m.A * p + z.tau * A1p;
+  const VecX w = slow.cwiseProduct(z.w), p = slow.cwiseProduct(z.p), A1p = times(m.A1, p);
+  const VecX load = z.load_w + times(m.B, w) + times(m.A, p) + z.tau * A1p;
   const VecX dw = slow.cwiseProduct(load), dp = slow.cwiseProduct(z.w + z.load_p);
-  const VecX rate = z.rate_w + m.B * dw + m.A * dp + z.tau * (m.A1 * dp) + A1p;
+  const VecX rate = z.rate_w + times(m.B, dw) + times(m.A, dp) + z.tau * times(m.A1, dp) + A1p;
   u.setZero(fast.size());
   v.setZero(fast.size());
   for (Eigen::Index k = 0; k < fast.size(); ++k) {

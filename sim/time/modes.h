@@ -15,6 +15,9 @@ struct Modes {
   VecX frequencies;     // rad/s of what vibrates, 0 of what does not or is no mode
 };
 
+// A x; for tens of rows a general library takes twice as long.
+VecX times(const MatX& A, const VecX& x);
+
 // Shapes and gauges of A by its eigenvectors (real and imaginary parts of complex ones); false where there are no n independent ones.
 bool find_modes(const MatX& A, Modes& modes);
 // All else of `modes` from the shapes.

@@ -77,7 +77,7 @@ TEST(FreeMotion, KeepsItsErrorOverAPopulation) {
     const ModalWeights weights{m.frequencies.cwiseMax(1.0 / length).cwiseInverse(), VecX::Ones(n), static_cast<double>(2 * n)};
     const double tau = random(-1.0, 0.0) * length, most = random.decades(-4.0, -1.0);
     int spans = 1;
-    const FreeMotion motion = follow_free(m, weights, {z, tau, length, most, 4096}, spans);
+    const FreeMotion motion = follow_free(m, weights, {{z, tau, length}, most, 4096}, spans);
     if (motion.empty()) continue;
     ++followed;
     for (const double share : {0.37, 1.0}) {
@@ -100,10 +100,10 @@ TEST(FreeMotion, LeavesWhatIsTooMuch) {
   const ModalWeights weights{VecX::Ones(2), VecX::Ones(2), 4.0};
   const VecX z = VecX::Ones(4);
   int spans = 1;
-  EXPECT_TRUE(follow_free(m, weights, {z, 0.0, 1.0, 1e-3, 64}, spans).empty());
+  EXPECT_TRUE(follow_free(m, weights, {{z, 0.0, 1.0}, 1e-3, 64}, spans).empty());
   m.B.setConstant(std::numeric_limits<double>::quiet_NaN());
   spans = 1;
-  EXPECT_TRUE(follow_free(m, weights, {z, 0.0, 1.0, 1e-3, 64}, spans).empty());
+  EXPECT_TRUE(follow_free(m, weights, {{z, 0.0, 1.0}, 1e-3, 64}, spans).empty());
 }
 
 // Shapes of a matrix that changes are followed to second order, gauges stay their inverse.
