@@ -165,9 +165,8 @@ class Plane:
         self.scatter = np.zeros((len(e) * 6, n))
         self.scatter[np.arange(len(e) * 6), self.index.ravel()] = 1.0
 
-    def strains(self, q):
-        """Strains (..., elements, 3) and their derivatives along the six coordinates (..., elements, 3, 6)."""
-        u = q[..., self.index]
+    def strains(self, u):
+        """Strains (..., elements, 3) and their derivatives along the elements' coordinates u (..., elements, 6): (..., elements, 3, 6)."""
         d = (u[..., 3:5] - u[..., 0:2]) / self.h[:, None]
         angle = (u[..., 2] + u[..., 5]) / 2
         c, s = np.cos(angle), np.sin(angle)
@@ -175,7 +174,7 @@ class Plane:
         kappa = (u[..., 5] - u[..., 2]) / self.h
         # A bent element is longer than its chord by (kappa h)^2/24: beams held at both ends stretch by that.
         strain = np.stack([e1 - 1 + (kappa * self.h) ** 2 / 24, e2, kappa], -1)
-        B = np.zeros(strain.shape + (6,), q.dtype)
+        B = np.zeros(strain.shape + (6,), u.dtype)
         ch, sh = c / self.h, s / self.h
         B[..., 0, 0], B[..., 0, 1], B[..., 0, 3], B[..., 0, 4] = -ch, -sh, ch, sh
         B[..., 1, 0], B[..., 1, 1], B[..., 1, 3], B[..., 1, 4] = sh, -ch, -sh, ch
@@ -186,16 +185,24 @@ class Plane:
 
     def stresses(self, q, v):
         """N, Q, M of each element's middle (..., elements, 3), with material damping."""
-        strain, B = self.strains(q)
-        rate = (B * v[..., self.index][..., None, :]).sum(-1)
+        return self.of_elements(q[..., self.index], v[..., self.index])
+
+    def of_elements(self, u, w):
+        """The same by the elements' coordinates and rates (..., elements, 6), and the strains' derivatives."""
+        strain, B = self.strains(u)
+        rate = (B * w[..., None, :]).sum(-1)
         return self.D * (strain + self.damping[:, None] * rate), B
+
+    def pull(self, u, w):
+        """What the elements resist with along their coordinates (..., elements, 6)."""
+        stress, B = self.of_elements(u, w)
+        return (stress[..., None] * B).sum(-2) * self.h[:, None]
 
     def forces(self, t, q, v):
         """All that acts but inertia and conditions (..., n)."""
         Q = np.zeros(np.broadcast_shapes(q.shape, v.shape), np.result_type(q, v))
         if len(self.h):
-            stress, B = self.stresses(q, v)
-            f = (stress[..., None] * B).sum(-2) * self.h[:, None]
+            f = self.pull(q[..., self.index], v[..., self.index])
             Q -= f.reshape(f.shape[:-2] + (-1,)) @ self.scatter
         for load in self.loads:
             load(t, q, v, Q)
@@ -216,8 +223,22 @@ class Plane:
         return M
 
     def tangents(self, t, q, v):
-        one = 1j * TINY * np.eye(self.n)
-        return (self.forces(t, q + one, v + 0j).imag / TINY).T, (self.forces(t, q + 0j, v + one).imag / TINY).T
+        """Derivatives of the forces along coordinates and rates (n, n) by complex steps: of loads along each, of elements along their own
+        six."""
+        q, v = q + 0j, v + 0j
+        u, w = q[self.index], v[self.index]
+        step, own = 1j * TINY * np.eye(self.n), 1j * TINY * np.eye(6)[:, None]
+        out = []
+        for at, elements in (((q + step, v), (u + own, w)), ((q, v + step), (u, w + own))):
+            Q = np.zeros((self.n, self.n), complex)
+            for load in self.loads:
+                load(t, *at, Q)
+            T = Q.imag.T / TINY
+            if len(self.h):
+                f = self.pull(*elements).imag / TINY  # along each of its own: (6, elements, 6)
+                np.subtract.at(T, (self.index[:, :, None], self.index[:, None, :]), np.moveaxis(f, 0, -1))
+            out.append(T)
+        return out
 
     def conditions(self, q, t):
         c, G, k = np.zeros(self.m), np.zeros((self.m, self.n)), 0
