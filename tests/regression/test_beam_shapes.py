@@ -177,9 +177,10 @@ def arcs(folder):
     r = simulate(folder, scene)
     for name, at in (("cut", 0.5), ("foot", 0.0)):
         near(abs(r[f"{name}.Mz"][0]), P * R * math.cos(at * math.pi / 2), 3e-4 * P * R, f"quarter arc, moment at {at}")
-    # Swinging under its weight from a hinge: energy is kept, in and out of its plane.
+    # Swinging under its weight from a hinge: energy is kept, in and out of its plane. The bars' own vibration sets the steps: three volumes
+    # cost a seventh of six.
     scene = "[simulation]\nduration = 0.4\noutput_rate = 100\ngravity = [0, -9.81, 2]\ntolerance = 1e-8\n" + beam(
-        "beam", "volumes = 6\n" + curve
+        "beam", "volumes = 3\n" + curve
     )
     scene += (
         '[[joint]]\nname = "ball"\nkind = "spherical"\nparent = "ground"\nchild = "beam"\n'
@@ -187,7 +188,7 @@ def arcs(folder):
         + output("T", "system", "kinetic")
     )
     r = simulate(folder, scene)
-    near(np.max(np.abs(r["E"] - r["E"][0])), 0, 1e-5 * np.max(r["T"]), "a swinging arc, energy")
+    near(np.max(np.abs(r["E"] - r["E"][0])), 0, 1e-7 * np.max(r["T"]), "a swinging arc, energy")
 
 
 def displacement_of_curves(folder):
