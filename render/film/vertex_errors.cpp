@@ -247,7 +247,7 @@ class BeamField {
     const sim::Vec3 along = (6 * s2 - 6 * s) * p0 + (3 * s2 - 4 * s + 1) * t0 + (6 * s - 6 * s2) * p1 + (3 * s2 - 2 * s) * t1;
     const sim::Quat q = sim::Quat(r0).slerp(s, sim::Quat(r1));
     const sim::Vec3 e = q * e0;
-    const sim::Mat3 r = (sim::Quat::FromTwoVectors(e, along) * q).toRotationMatrix();
+    const sim::Mat3 r = (sim::shortest_turn(e, along) * q).toRotationMatrix();
     return p + r * (x - from - s * chord) - x;
   }
 

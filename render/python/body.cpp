@@ -1,6 +1,7 @@
 // Body: flexible bodies from SID files and finite element models.
 #include "render/python/bindings.h"
 
+#include "sim/base/eigen_solvers.h"
 #include "sim/bodies/body_file.h"
 #include "sim/bodies/sid.h"
 #include "sim/reduce/reduce_request.h"
@@ -32,7 +33,7 @@ Shared from_sid(const std::filesystem::path& path) {
   out->comment = std::move(file.comment);
   out->body = std::move(file.body);
   // Of the free elastic coordinates: Ke x = omega^2 Me x.
-  const Eigen::GeneralizedSelfAdjointEigenSolver<sim::MatX> modes(out->body.Ke, out->body.Me, Eigen::EigenvaluesOnly);
+  const sim::GeneralizedEigen modes(out->body.Ke, out->body.Me, Eigen::EigenvaluesOnly);
   out->frequencies = modes.eigenvalues().cwiseMax(0.0).cwiseSqrt() / (2.0 * M_PI);
   return out;
 }

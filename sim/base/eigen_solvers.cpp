@@ -17,11 +17,11 @@ SymmetricEigen::SymmetricEigen(const MatX& A, int options) {
   if (options == Eigen::ComputeEigenvectors) vectors_ = solver.eigenvectors();
 }
 
-GeneralizedEigen::GeneralizedEigen(const MatX& K, const MatX& M) {
-  const Eigen::GeneralizedSelfAdjointEigenSolver<MatX> solver(K, M);
+GeneralizedEigen::GeneralizedEigen(const MatX& K, const MatX& M, int options) {
+  const Eigen::GeneralizedSelfAdjointEigenSolver<MatX> solver(K, M, options);
   info_ = solver.info();
   values_ = solver.eigenvalues();
-  vectors_ = solver.eigenvectors();
+  if (options == Eigen::ComputeEigenvectors) vectors_ = solver.eigenvectors();
 }
 
 ComplexEigen::ComplexEigen(const MatX& A) {

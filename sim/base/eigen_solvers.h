@@ -25,7 +25,7 @@ class SymmetricEigen {
 // K V = M V diag(values), V^T M V = 1, values ascending; K symmetric, M positive definite (info() says if it is not).
 class GeneralizedEigen {
  public:
-  GeneralizedEigen(const MatX& K, const MatX& M);
+  GeneralizedEigen(const MatX& K, const MatX& M, int options = Eigen::ComputeEigenvectors);  // or Eigen::EigenvaluesOnly
   const VecX& eigenvalues() const { return values_; }
   const MatX& eigenvectors() const { return vectors_; }
   Eigen::ComputationInfo info() const { return info_; }

@@ -47,7 +47,7 @@ inline bool rotation_in_plane(const Mat3& R, PlanePose& out) {
 // Axes whose third is n: the coordinate axes themselves where n is z.
 inline Mat3 axes_about(const Vec3& n) {
   if (n.z() < -0.5) return axes_about(Vec3(-n)) * Vec3(1.0, -1.0, -1.0).asDiagonal();
-  return Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), n).toRotationMatrix();
+  return shortest_turn(Vec3::UnitZ(), n).toRotationMatrix();
 }
 
 inline Vec3 to_child(const PlanePose& a, const Vec3& V) {

@@ -141,6 +141,23 @@ inline Mat3 rotation_exp(const Vec3& a) {
   return Mat3::Identity() + k.s * A + k.b * A * A;
 }
 
+// The least rotation that turns the direction of `from` into that of `to`, neither of them zero. The bits of Eigen's FromTwoVectors, which
+// for opposite directions compiles a singular value decomposition wherever it is called, seconds of each file. Here those, 1 + c being
+// rounding, go half a turn about an axis across first.
+inline Quat shortest_turn(const Vec3& from, const Vec3& to) {
+  const Vec3 a = from.normalized(), b = to.normalized();
+  const double c = b.dot(a);
+  if (c < -1.0 + 1e-12) {
+    const Vec3 across = a.unitOrthogonal();
+    return shortest_turn(-a, b) * Quat(0.0, across.x(), across.y(), across.z());
+  }
+  const double s = std::sqrt((1.0 + c) * 2.0);
+  Quat q;
+  q.vec() = a.cross(b) * (1.0 / s);
+  q.w() = s * 0.5;
+  return q;
+}
+
 // Rotation vector of a unit quaternion or of R, |a| <= pi.
 inline Vec3 rotation_log(Quat q) {
   if (q.w() < 0.0) q.coeffs() = -q.coeffs();

@@ -1,5 +1,6 @@
 #include "sim/bodies/beam_pieces.h"
 
+#include "sim/base/spatial.h"
 #include "sim/scene/curve.h"
 #include "sim/scene/section.h"
 
@@ -56,7 +57,7 @@ class Carried {
     }
     return shortest(x);
   }
-  Mat3 shortest(const Vec3& x) const { return Quat::FromTwoVectors(axes_.col(0), x).toRotationMatrix() * axes_; }
+  Mat3 shortest(const Vec3& x) const { return shortest_turn(axes_.col(0), x).toRotationMatrix() * axes_; }
 
   const SpaceCurve& curve_;
   double at_ = 0.0;

@@ -1,6 +1,7 @@
 // Numbering, assembly, elimination. See fe_system.h.
 #include "sim/reduce/fe_system.h"
 
+#include "sim/base/eigen_solvers.h"
 #include "sim/base/spatial.h"
 #include "sim/base/wide.h"
 #include "sim/reduce/fe_attachment.h"
@@ -443,7 +444,7 @@ std::vector<Terms> idle_motions(const FeModel& model, const FeSystem& system, Fe
           M(i, j) = M(j, i) = reduced.M().coeff(row, col);
         }
       // What beams in other directions leave here is rounding.
-      const Eigen::SelfAdjointEigenSolver<MatX> eigen(MatX(K.topLeftCorner(size, size)));
+      const SymmetricEigen eigen(MatX(K.topLeftCorner(size, size)));
       const double least_K = 1e-13 * K.cwiseAbs().maxCoeff(), least_M = 1e-13 * M.cwiseAbs().maxCoeff();
       for (Eigen::Index k = 0; k < size && eigen.eigenvalues()(k) <= least_K; ++k) {
         const VecX v = eigen.eigenvectors().col(k);
@@ -548,7 +549,7 @@ MatX rigid_residuals(const FeModel& model, const FeSystem& system, const std::ve
     const MatX energy = unit.transpose() * symmetric_product(system.lumped_K, unit);
     const double alone = (system.lumped_K.diagonal().transpose() * unit.cwiseAbs2()).maxCoeff();
     if (alone > 0.0) {
-      Eigen::SelfAdjointEigenSolver<MatX> eigen(0.5 / alone * (energy + energy.transpose()));
+      const SymmetricEigen eigen(0.5 / alone * (energy + energy.transpose()));
       for (int k = 0; k < 6; ++k)
         if (eigen.eigenvalues()(k) > 1e-9) rows.push_back(Vec6(eigen.eigenvectors().col(k)));
     }

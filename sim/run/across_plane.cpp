@@ -1,5 +1,6 @@
 #include "sim/run/across_plane.h"
 
+#include "sim/base/eigen_solvers.h"
 #include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/kinematics.h"
 #include "sim/start/linearise.h"
@@ -122,7 +123,7 @@ void put_where_it_rests(const System& flat, const Model& model, const std::vecto
       b.segment<3>(6 * k + 3) = there.psi * q;
     }
     work.q(Eigen::seqN(to.eq0, to.body.n)).setZero();
-    const VecX x = A.completeOrthogonalDecomposition().solve(b);
+    const VecX x = least_squares(A, b);
     for (size_t k = 0; k < bend.size(); ++k) work.q[to.eq0 + bend[k]] = x[static_cast<Eigen::Index>(k)];
   }
   update_positions(model, work);

@@ -1,5 +1,6 @@
 #include "sim/run/coarse_beams.h"
 
+#include "sim/base/spatial.h"
 #include "sim/bodies/beam_pieces.h"
 #include "sim/results/histories.h"
 #include "sim/results/sampling.h"
@@ -224,7 +225,7 @@ double missed_by_chords(const BeamDef& beam, const std::string& owner, const std
   constexpr int places = 200;
   const SpaceCurve& curve = *beam.axis;
   EndFlexibility curved(beam, curve.at(held_at_root ? beam.length : 0.0).place, effects, owner), pieces = curved;
-  const auto turned = [](const Mat3& axes, const Vec3& x) { return Mat3(Quat::FromTwoVectors(axes.col(0), x) * axes); };
+  const auto turned = [](const Mat3& axes, const Vec3& x) { return Mat3(shortest_turn(axes.col(0), x) * axes); };
   Mat3 axes = Mat3::Identity();
   int done = 0;
   // Sections of both stand in axes that are carried along the curve without twist.

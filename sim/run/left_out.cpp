@@ -9,8 +9,6 @@
 #include "sim/scene/force_kinds.h"
 #include "sim/start/statics.h"
 
-#include <Eigen/QR>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -526,10 +524,13 @@ double common_variance(const std::vector<double>& a, const std::vector<double>& 
 double common_vibration(const std::vector<double>& a, const std::vector<double>& b) {
   constexpr Eigen::Index window = 12, slow = 3;
   const auto n = static_cast<Eigen::Index>(a.size());
-  Eigen::Matrix<double, window, slow> trends;
-  for (Eigen::Index k = 0; k < window; ++k) trends.row(k) << 1.0, static_cast<double>(k), static_cast<double>(k * k);
-  const Eigen::HouseholderQR<Eigen::Matrix<double, window, slow>> slowly(trends);
-  const Eigen::Matrix<double, window, slow> Q = slowly.householderQ() * Eigen::Matrix<double, window, slow>::Identity();
+  // A constant, a slope and a curvature, orthonormal over the window.
+  Eigen::Matrix<double, window, slow> Q;
+  for (Eigen::Index k = 0; k < window; ++k) {
+    const double u = static_cast<double>(k) - 0.5 * (window - 1);
+    Q.row(k) << 1.0, u, u * u - (window * window - 1) / 12.0;
+  }
+  Q.colwise().normalize();
   double common = 0.0;
   for (Eigen::Index k = 0; k + window <= n; k += window) {
     Eigen::Matrix<double, window, 1> x = Eigen::Map<const Eigen::Matrix<double, window, 1>>(a.data() + k),

@@ -15,6 +15,19 @@ MatX random_matrix(std::mt19937& random, Eigen::Index rows, Eigen::Index columns
   return out;
 }
 
+// One direction becomes the other by the angle between them; opposite ones too, exactly and to rounding.
+TEST(SmallMatrices, ShortestTurnTurnsOneDirectionIntoTheOther) {
+  std::mt19937 random(3);
+  for (int k = 0; k < 300; ++k) {
+    const Vec3 a = random_matrix(random, 3, 1), other = random_matrix(random, 3, 1);
+    const Vec3 b = k < 100 ? other : Vec3(-2.0 * a + (k < 200 ? 0.0 : 1e-8) * other);
+    const Quat q = shortest_turn(a, b);
+    EXPECT_LT((q * a.normalized() - b.normalized()).norm(), 1e-12) << k;
+    EXPECT_NEAR(q.norm(), 1.0, 1e-12) << k;
+    EXPECT_NEAR(2.0 * std::atan2(q.vec().norm(), q.w()), std::atan2(a.cross(b).norm(), a.dot(b)), 1e-6) << k;
+  }
+}
+
 TEST(SmallMatrices, FactoriseAndSolveEverySize) {
   std::mt19937 random(1);
   for (Eigen::Index n = 1; n <= 45; ++n) {
