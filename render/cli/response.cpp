@@ -121,6 +121,7 @@ int respond(const Words& w) {
   sim::write_whole_file(csv, response_csv(r, frequencies));
   sim::write_whole_file(svg, film::diagram_svg(response_diagram(r, frequencies, w.force)));
   sim::Notes told = system.notes;
+  for (const std::string& warning : r.warnings) told.warn("", warning);
   const std::vector<sim::RicherBeams> richer = sim::richer_beams(system, told);
   const sim::Linearisation linear = sim::linearise(system);
   tell_of_undamped(linear, frequencies, told);
@@ -148,7 +149,8 @@ Command add_response(Program& program) {
   add_scene_words(app, w->settings);
   app.footer(
       R"(Amplitudes are those per N (N m, N/m) of the force, phases in degrees ahead of it. Outputs: places, angles, displacements,
-joint values, lengths, forces of springs, their rates and accelerations; energies, reactions and section forces are left out.)");
+joint values, lengths, forces of springs, their rates and accelerations; energies, reactions and section forces are left out, and
+what has a corner at the start: an angle or distance that is zero there.)");
   app.example("bridge.toml --force load", "amplitude and phase of all outputs per newton of the force 'load'");
   app.example("bridge.toml --force load --from 1 --to 50 --points 1000 --json", "between 1 and 50 Hz, peaks as JSON");
   return {app, [w] { return respond(*w); }};

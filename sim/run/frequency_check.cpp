@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <initializer_list>
 #include <numbers>
 #include <optional>
@@ -172,6 +173,29 @@ Looked model_to_look_at(const Scene& scene) {
   return out;
 }
 
+// Stiffening is off though axial forces may count.
+std::optional<Scene> with_stiffening(const Scene& scene, const std::vector<EffectState>& states, size_t body) {
+  std::vector<EffectState> more;
+  for (const EffectState& s : states)
+    if (s.body == static_cast<int>(body) && !s.on && s.possible && s.effect == "stiffening") more.push_back(s);
+  if (more.empty()) return std::nullopt;
+  return with_effects_on(scene, states, more);
+}
+
+std::optional<Scene> richer_beam(RicherBeams::By by, const Scene& scene, const std::vector<EffectState>& states, size_t body) {
+  switch (by) {
+    case RicherBeams::By::shapes:
+      return with_more_shapes(scene, states, body);
+    case RicherBeams::By::shear:
+      return with_shear_and_shapes(scene, states, body);
+    case RicherBeams::By::stiffening:
+      return with_stiffening(scene, states, body);
+    case RicherBeams::By::further:
+      break;
+  }
+  return with_further(scene, states, body);
+}
+
 // The first change that finds a beam is made of the scene, those of further beams of what came out.
 std::optional<RicherBeams> richer_by(const System& system, RicherBeams::By by, bool& too_many) {
   RicherBeams out;
@@ -181,9 +205,7 @@ std::optional<RicherBeams> richer_by(const System& system, RicherBeams::By by, b
     const auto* beam = std::get_if<BeamDef>(&scene.bodies[b].kind);
     if (!beam || is_given(*beam)) continue;
     const std::vector<EffectState>& states = system.model.effects;
-    std::optional<Scene> changed = by == RicherBeams::By::shapes  ? with_more_shapes(scene, states, b)
-                                   : by == RicherBeams::By::shear ? with_shear_and_shapes(scene, states, b)
-                                                                  : with_further(scene, states, b);
+    std::optional<Scene> changed = richer_beam(by, scene, states, b);
     if (!changed) continue;
     scene = std::move(*changed);
     out.bodies.push_back(scene.bodies[b].name);
@@ -203,6 +225,8 @@ std::string with_words(const RicherBeams& richer) {
       return "with finer elements or more modes";
     case RicherBeams::By::shear:
       return "with shear and rotary inertia, which are off, and finer elements";
+    case RicherBeams::By::stiffening:
+      return "with what axial forces do to bending, which is off";
     case RicherBeams::By::further:
       break;
   }
@@ -211,6 +235,7 @@ std::string with_words(const RicherBeams& richer) {
 
 const char* advice(const RicherBeams& richer, const Scene& scene) {
   if (richer.by == RicherBeams::By::further) return "add \"axial\" or \"torsion\" to 'effects'";
+  if (richer.by == RicherBeams::By::stiffening) return "add \"stiffening\" to 'effects'";
   for (const BodyDef& b : scene.bodies) {
     if (b.name != richer.bodies.front()) continue;
     const BeamDef& beam = std::get<BeamDef>(b.kind);
@@ -230,36 +255,84 @@ struct Change {
   std::string column;  // empty: none
 };
 
-// Takes the k-th frequency of both responses into account: changes by more than `least` of what the richer model gives, of outputs that are
-// more than `counts` of the largest of their unit there.
-void compare_responses(const FrequencyResponse& own, const FrequencyResponse& other, Eigen::Index k, double least, double counts,
-                       Change& worst) {
+// Takes the lowest frequency of both responses into account: changes by more than `least` of what the richer model gives.
+void compare_lowest(const FrequencyResponse& own, const FrequencyResponse& other, double least, Change& worst) {
+  constexpr double counts = 1e-8;  // of the largest of its unit: differences of outputs have some nine digits
   for (size_t c = 0; c < own.columns.size(); ++c) {
     const auto same = std::find(other.columns.begin(), other.columns.end(), own.columns[c]);
     if (same == other.columns.end()) continue;
     const auto there = static_cast<Eigen::Index>(same - other.columns.begin());
     double largest = 0.0;  // of its unit
     for (size_t o = 0; o < other.units.size(); ++o)
-      if (other.units[o] == own.units[c]) largest = std::max(largest, std::abs(other.values(static_cast<Eigen::Index>(o), k)));
-    const double size = std::abs(other.values(there, k));
+      if (other.units[o] == own.units[c]) largest = std::max(largest, std::abs(other.values(static_cast<Eigen::Index>(o), 0)));
+    const double size = std::abs(other.values(there, 0));
     if (size <= counts * largest) continue;
-    const double off = std::abs(own.values(static_cast<Eigen::Index>(c), k) - other.values(there, k)) / size;
-    if (off > std::max(least, worst.share)) worst = {off, own.frequencies[k], own.columns[c]};
+    const double off = std::abs(own.values(static_cast<Eigen::Index>(c), 0) - other.values(there, 0)) / size;
+    if (off > std::max(least, worst.share)) worst = {off, own.frequencies[0], own.columns[c]};
   }
 }
 
-// Where else than at the lowest frequency lengthening and twist may count: beside their resonances (so near a response is some hundred
-// times that at rest, and rounding no more) and here and there over the range.
-VecX told_frequencies(const VecX& range, const std::vector<double>& resonances) {
-  constexpr int over_range = 12;
-  constexpr double beside = 1.003;
+// Frequencies at which responses are compared, and those of the richer model about each.
+struct Compared {
+  static constexpr Eigen::Index beside = 3;
+  std::vector<double> own, other;
+
+  void add(double at, double below, double above) {
+    own.push_back(at);
+    for (const double f : {at * below, at, at * above}) other.push_back(f);
+  }
+};
+
+// Over the range, where the richer model may be faster or slower by `shift`, which is told of the frequencies; and beside resonances that
+// it has alone (so near a response is some hundred times that at rest), on one side of them, where neither sign is passed.
+Compared compared_frequencies(const VecX& range, const std::vector<double>& resonances, double shift) {
+  constexpr int over_range = 16;
   const double lowest = range[0], highest = range[range.size() - 1];
-  std::vector<double> out;
-  for (int i = 1; i < over_range; ++i) out.push_back(lowest * std::pow(highest / lowest, i / static_cast<double>(over_range)));
-  for (const double f : resonances) out.push_back(beside * f);
-  out.push_back(lowest);
-  std::sort(out.begin(), out.end());
-  return Eigen::Map<const VecX>(out.data(), static_cast<Eigen::Index>(out.size()));
+  Compared out;
+  for (int i = 0; i <= over_range; ++i)
+    out.add(lowest * std::pow(highest / lowest, i / static_cast<double>(over_range)), 1.0 - shift, 1.0 + shift);
+  for (const double f : resonances) out.add(1.006 * f, 1.003 / 1.006, 1.01 / 1.006);
+  return out;
+}
+
+double distance(std::complex<double> point, std::complex<double> from, std::complex<double> to) {
+  const std::complex<double> way = to - from;
+  const double length = std::norm(way), along = length > 0.0 ? ((point - from) * std::conj(way)).real() / length : 0.0;
+  return std::abs(point - from - std::clamp(along, 0.0, 1.0) * way);
+}
+
+// Changes by more than `least` at any of these frequencies, of what the richer model has nowhere about it, relative to its size there: at
+// least a share of the whole vector and of what the output has at the frequencies beside it, where it passes through zero.
+void compare_over_range(const FrequencyResponse& own, const FrequencyResponse& other, double least, Change& worst) {
+  constexpr double of_vector = 0.02, of_neighbours = 0.3, rounding = 1e-8;
+  constexpr Eigen::Index per = Compared::beside;
+  const Eigen::Index count = own.frequencies.size();
+  const auto output_of = [](const std::string& column) { return column.substr(0, column.find('.')); };
+  for (size_t c = 0; c < own.columns.size(); ++c) {
+    const auto same = std::find(other.columns.begin(), other.columns.end(), own.columns[c]);
+    if (same == other.columns.end()) continue;
+    const auto there = static_cast<Eigen::Index>(same - other.columns.begin());
+    const auto size_at = [&](Eigen::Index k) { return other.values.row(there).segment(per * k, per).cwiseAbs().maxCoeff(); };
+    for (Eigen::Index k = 0; k < count; ++k) {
+      double vector = 0.0, of_unit = 0.0;
+      for (size_t o = 0; o < other.columns.size(); ++o) {
+        const double size = std::abs(other.values(static_cast<Eigen::Index>(o), per * k + 1));
+        if (output_of(other.columns[o]) == output_of(own.columns[c])) vector = std::max(vector, size);
+        if (other.units[o] == own.units[c]) of_unit = std::max(of_unit, size);
+      }
+      const double before = size_at(std::max<Eigen::Index>(k - 1, 0)), after = size_at(std::min(k + 1, count - 1));
+      const double size = std::max({size_at(k), of_vector * vector, of_neighbours * std::sqrt(before * after)});
+      if (size <= rounding * of_unit) continue;
+      const std::complex<double> mine = own.values(static_cast<Eigen::Index>(c), k);
+      const auto theirs = other.values.row(there).segment(per * k, per);
+      const double off = std::min(distance(mine, theirs[0], theirs[1]), distance(mine, theirs[1], theirs[2])) / size;
+      if (off > std::max(least, worst.share)) worst = {off, own.frequencies[k], own.columns[c]};
+    }
+  }
+}
+
+VecX as_vector(const std::vector<double>& values) {
+  return Eigen::Map<const VecX>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
 }  // namespace
@@ -317,7 +390,7 @@ VecX undamped_frequencies(const Linearisation& linear) {
 std::vector<RicherBeams> richer_beams(const System& system, Notes& notes) {
   std::vector<RicherBeams> out;
   bool too_many = false;
-  for (const RicherBeams::By by : {RicherBeams::By::shapes, RicherBeams::By::shear, RicherBeams::By::further})
+  for (const RicherBeams::By by : {RicherBeams::By::shapes, RicherBeams::By::shear, RicherBeams::By::stiffening, RicherBeams::By::further})
     if (std::optional<RicherBeams> richer = richer_by(system, by, too_many)) out.push_back(std::move(*richer));
   if (too_many)
     notes.tell("", fmt::format("how right the frequencies are was not looked at: finer beams would have more than {} degrees of freedom",
@@ -374,20 +447,19 @@ void tell_of_frequencies(const System& system, const Linearisation& linear, cons
 
 void tell_of_response(const System& system, const Linearisation& linear, const FrequencyResponse& response,
                       const std::vector<RicherBeams>& richer, double asked, Notes& notes) {
-  // Away from rest what vibrates may be a per cent faster or slower, which nobody tells, and a response changes by more.
-  constexpr double in_motion = 0.05, in_motion_counts = 1e-3;
+  constexpr double in_motion = 2.5;  // times what is asked: frequencies beyond it are told of by themselves
   const VecX& range = response.frequencies;
   for (const RicherBeams& r : richer) {
     Change worst;
     try {
-      VecX at = range.head(1);
+      std::vector<double> resonances;
       if (r.by == RicherBeams::By::further)
-        at = told_frequencies(
-            range, further_vibrations(undamped_frequencies(linear), undamped_frequencies(linearise(r.system)), range[range.size() - 1]));
-      const FrequencyResponse own = frequency_response(system, response.force, at),
-                              other = frequency_response(r.system, response.force, at);
-      compare_responses(own, other, 0, asked, 1e-8, worst);  // differences of outputs have some nine digits
-      for (Eigen::Index k = 1; k < at.size(); ++k) compare_responses(own, other, k, in_motion, in_motion_counts, worst);
+        resonances = further_vibrations(undamped_frequencies(linear), undamped_frequencies(linearise(r.system)), range[range.size() - 1]);
+      const Compared at = compared_frequencies(range, resonances, asked);
+      const FrequencyResponse own = frequency_response(system, response.force, as_vector(at.own)),
+                              other = frequency_response(r.system, response.force, as_vector(at.other));
+      compare_lowest(own, frequency_response(r.system, response.force, range.head(1)), asked, worst);
+      compare_over_range(own, other, in_motion * asked, worst);
     } catch (const InputError&) {  // the richer model's start is no equilibrium
       continue;
     } catch (const SimulationError&) {

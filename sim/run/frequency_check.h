@@ -2,8 +2,8 @@
 //
 // A mode of a model with fewer shapes, or without shear and rotary inertia, is too fast; so what a richer model changes in the i-th
 // undamped frequency is its error (Courant, Fischer: frequencies of a richer space lie below, one by one). Richer are: twice the elements,
-// volumes or links, finite elements for eigenforms and kept modes; shear and rotary inertia where they are off; for responses lengthening
-// and twist where they are off. These bring vibrations of their own, which are not looked at.
+// volumes or links, finite elements for eigenforms and kept modes; shear and rotary inertia where they are off; stiffening where it is off
+// (either way); for responses lengthening and twist where they are off. These bring vibrations of their own, which are not looked at.
 #pragma once
 
 #include "sim/base/notes.h"
@@ -18,7 +18,7 @@ namespace flexframe::sim {
 
 // The scene with a richer model of some of its beams.
 struct RicherBeams {
-  enum class By { shapes, shear, further };
+  enum class By { shapes, shear, stiffening, further };
   By by = By::shapes;
   std::vector<std::string> bodies;
   bool few_shapes = false;  // of each beam only the lowest ones, which tell where they are slower, no more
@@ -37,9 +37,9 @@ void tell_of_frequencies(const System& system, const Linearisation& linear, cons
 // across the plane of a scene in a plane, by twist, by lengthening. linear: of the system.
 void tell_of_left_vibrations(const System& system, const Linearisation& linear, double highest, Severity severity, Notes& notes);
 
-// Warns of richer models that move an output's response to the force at the lowest of its frequencies by more than `asked` of it (statics,
-// which frequencies do not show), or that have a resonance by lengthening or twist among its frequencies. response: of the system to that
-// force; linear: of the system.
+// Warns of richer models that move an output's response to the force: at the lowest of its frequencies by more than `asked` of it
+// (statics, which frequencies do not show), at others of the range by two and a half times as much of what the richer model has within
+// `asked` of that frequency. response: of the system to that force; linear: of the system.
 void tell_of_response(const System& system, const Linearisation& linear, const FrequencyResponse& response,
                       const std::vector<RicherBeams>& richer, double asked, Notes& notes);
 

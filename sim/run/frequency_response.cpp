@@ -13,8 +13,11 @@
 #include "sim/start/linearise.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <complex>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <utility>
@@ -91,6 +94,7 @@ class Beside {
   }
   VecX& block_states() { return system_.work.signals.z; }
   VecX outputs(const VecX& around) {
+    rates_and_forces();  // values of forces that read the state
     VecX row = VecX::Zero(static_cast<Eigen::Index>(plans_.columns.size()));
     evaluate_outputs(system_.model, plans_, system_.work, reactions_,
                      {.previous = around.size() > 0 ? around.data() : nullptr, .columns = row.data()});
@@ -149,6 +153,48 @@ BlockStates block_states(Beside& beside, const System& system, const MatX& rates
   return out;
 }
 
+// Outputs that turn by a corner where the mechanism starts: ahead and back along a direction they change by what is even in the step, at
+// half the step by half of it (of a curve a quarter).
+std::vector<bool> corners(Beside& beside, const OutputPlans& plans, const VecX& steps, const VecX& still, const VecX& rest) {
+  const Eigen::Index columns = rest.size();
+  MatX whole(columns, steps.size()), half(columns, steps.size());
+  VecX changed = VecX::Zero(columns);
+  for (Eigen::Index k = 0; k < steps.size(); ++k)
+    for (const double share : {1.0, 0.5}) {
+      beside.put(k, share * steps[k], still);
+      const VecX ahead = beside.outputs(rest) - rest;
+      beside.put(k, -share * steps[k], still);
+      const VecX back = beside.outputs(rest) - rest;
+      (share == 1.0 ? whole : half).col(k) = 0.5 * (ahead + back);
+      changed = changed.cwiseMax(ahead.cwiseAbs());
+    }
+  constexpr double eps = std::numeric_limits<double>::epsilon();
+  constexpr double between = 0.35;  // a quarter and a half
+  constexpr double counts = 1e-6;   // of what anything of its unit changes by
+  std::vector<bool> out(plans.outputs.size(), false);
+  for (size_t o = 0; o < plans.outputs.size(); ++o)
+    for (int i = plans.outputs[o].first; i < plans.outputs[o].first + plans.outputs[o].count; ++i) {
+      double most = 0.0;
+      for (Eigen::Index c = 0; c < columns; ++c)
+        if (plans.units[c] == plans.units[i]) most = std::max(most, changed[c]);
+      const double least = std::max(counts * most, 1e4 * eps * std::abs(rest[i]));
+      for (Eigen::Index k = 0; k < steps.size(); ++k)
+        if (std::abs(whole(i, k)) > least && std::abs(half(i, k)) > between * std::abs(whole(i, k))) out[o] = true;
+    }
+  return out;
+}
+
+// What rests by friction of a joint is free in these equations.
+void warn_of_friction(const System& system, std::vector<std::string>& warnings) {
+  std::vector<std::string> rubbing;
+  for (const JointDef& j : system.scene.joints)
+    if (j.friction) rubbing.push_back(quote(j.name));
+  if (!rubbing.empty())
+    warnings.push_back(
+        fmt::format("friction of joint {} is left out: where it rests, it holds what small forces would move", fmt::join(rubbing, ", ")));
+  if (has_contact_friction(system.model)) warnings.emplace_back(free_by_friction);
+}
+
 void require_rest(const System& system, const Linearisation& linear, Eigen::Index directions) {
   const std::string file = system.scene.file.string();
   if (linear.moving)
@@ -169,43 +215,63 @@ void require_rest(const System& system, const Linearisation& linear, Eigen::Inde
 
 FrequencyResponse frequency_response(const System& given, const std::string& force, const VecX& frequencies) {
   System system = given;
-  const Followed wanted = followed(system.scene);
+  Followed wanted = followed(system.scene);
   FrequencyResponse out;
   out.force = force;
-  out.left_out = wanted.left_out;
-  system.scene.outputs = wanted.outputs;
-  if (wanted.outputs.empty())
-    throw InputError(
-        fmt::format("{}: no output follows a force in proportion; add an [[output]] of a frame or joint", system.scene.file.string()));
   const std::vector<int> loads = loads_of(system, force);
   const Linearisation linear = linearise(system);
-  const OutputPlans plans = plan_outputs(system.model, system.scene);
-  grow_work(system);
+  const VecX still = VecX::Zero(system.model.nv);
+  OutputPlans plans;
+  const auto make_plans = [&] {
+    if (wanted.outputs.empty())
+      throw InputError(
+          fmt::format("{}: no output follows a force in proportion; add an [[output]] of a frame or joint", system.scene.file.string()));
+    system.scene.outputs = wanted.outputs;
+    plans = plan_outputs(system.model, system.scene);
+    grow_work(system);
+  };
+  make_plans();
   Beside beside(system, plans);
-  const Eigen::Index n = static_cast<Eigen::Index>(beside.directions().size()), columns = static_cast<Eigen::Index>(plans.columns.size());
+  const Eigen::Index n = static_cast<Eigen::Index>(beside.directions().size());
   require_rest(system, linear, n);
+  VecX steps(n);
+  for (Eigen::Index k = 0; k < n; ++k) steps[k] = 1e-5 * system.model.size / beside.directions()[k].scale;
+  beside.put(-1, 0.0, still);
+  const std::vector<bool> turned = corners(beside, plans, steps, still, beside.outputs({}));
+  for (size_t o = wanted.outputs.size(); o-- > 0;) {
+    if (!turned[o]) continue;
+    wanted.left_out.push_back(wanted.outputs[o].name);
+    wanted.outputs.erase(wanted.outputs.begin() + static_cast<std::ptrdiff_t>(o));
+    wanted.twice.erase(wanted.twice.begin() + static_cast<std::ptrdiff_t>(o));
+  }
+  if (wanted.outputs.size() < turned.size()) make_plans();
+  out.left_out = wanted.left_out;
   for (const LinearMode& mode : linear.modes)
     if (mode.frequency > 0.0) out.modes.push_back(mode.frequency);
   std::sort(out.modes.begin(), out.modes.end());
 
-  const VecX still = VecX::Zero(system.model.nv);
+  const Eigen::Index columns = static_cast<Eigen::Index>(plans.columns.size());
   VecX push(n);
   MatX by_place(columns, n), by_rate(columns, n);
   beside.put(-1, 0.0, still);
   const VecX rest = beside.outputs({});
   for (Eigen::Index k = 0; k < n; ++k) {
-    const double h = 1e-5 * system.model.size / beside.directions()[k].scale;
-    beside.put(k, h, still);
+    beside.put(k, steps[k], still);
     const VecX ahead = beside.outputs(rest);
-    beside.put(k, -h, still);
-    by_place.col(k) = (ahead - beside.outputs(rest)) / (2.0 * h);
+    beside.put(k, -steps[k], still);
+    by_place.col(k) = (ahead - beside.outputs(rest)) / (2.0 * steps[k]);
+    // Small rates: a force may follow them by any law.
+    const double h = 0.1 * steps[k];
+    beside.put(-1, 0.0, h * linear.rates.col(k));
+    const VecX faster = beside.outputs(rest);
+    beside.put(-1, 0.0, -h * linear.rates.col(k));
+    by_rate.col(k) = (faster - beside.outputs(rest)) / (2.0 * h);
     beside.put(-1, 0.0, linear.rates.col(k));
-    by_rate.col(k) = beside.outputs(rest) - rest;
     for (const int load : loads) system.work.expression_value[system.model.loads[load].expression] = 1.0;
     push[k] = load_state(system.model, system.work, loads).power;
   }
 
-  if (has_contact_friction(system.model)) out.notes.push_back(free_by_friction);
+  warn_of_friction(system, out.warnings);
   std::optional<BlockStates> blocks;
   if (system.model.nz > 0) blocks = block_states(beside, system, linear.rates, still);
 
@@ -225,6 +291,12 @@ FrequencyResponse frequency_response(const System& given, const std::string& for
       const OutputPlan& plan = plans.outputs[o];
       out.values.block(plan.first, f, plan.count, 1) *= -w * w;
     }
+  }
+  for (const OutputPlan& plan : plans.outputs) {
+    const bool own = plan.def.quantity == Quantity::force && std::any_of(plan.loads.begin(), plan.loads.end(), [&](int l) {
+                       return std::find(loads.begin(), loads.end(), l) != loads.end();
+                     });
+    if (own) out.values.middleRows(plan.first, plan.count).array() += 1.0;
   }
   for (size_t o = 0; o < wanted.twice.size(); ++o)
     for (int k = 0; wanted.twice[o] && k < plans.outputs[o].count; ++k) out.units[plans.outputs[o].first + k] = "m/s^2";

@@ -182,7 +182,7 @@ void Point::exact_matrices() {
 // have forces that are nothing but rounding of places, and no load to compare them with.
 bool Point::beside_equilibrium() {
   constexpr double near = 1e-9;
-  constexpr Eigen::Index most = 100;  // of directions; each takes an evaluation
+  constexpr Eigen::Index most = 400;  // of directions; each takes an evaluation
   const auto n = static_cast<Eigen::Index>(all_.size());
   if (n == 0 || n > most || moves_ || std::any_of(joints_.begin(), joints_.end(), [](const SpaceJoint& j) { return j.flies; }))
     return false;
@@ -200,7 +200,10 @@ bool Point::beside_equilibrium() {
   rest_scale_ = largest;
   // Differences over so short a way have seven digits.
   const VecX way = least_squares(slope, f, 1e-6);
-  return way.allFinite() && way.cwiseAbs().maxCoeff() <= near && (slope * way - f).norm() <= 1e-6 * f.norm();
+  if (!way.allFinite() || way.cwiseAbs().maxCoeff() > near) return false;
+  // What is left of a row: what soft directions next to stiff ones do not resolve, or what rounding of the places makes.
+  const VecX left = (slope * way - f).cwiseAbs(), rounded = 8.0 * eps * slope.cwiseAbs().rowwise().sum();
+  return left.norm() <= 1e-6 * f.norm() || (left - rounded).maxCoeff() <= 0.0;
 }
 
 // Accelerations of the start, and with them which bodies fly.
@@ -645,6 +648,8 @@ void say_what_is_held(const Model& model, bool states_move, Linearisation& out) 
         "of "
         "all blocks, as they are at the start: frequencies, damping and stability are without what they do");
   if (has_contact_friction(model)) out.notes.push_back(free_by_friction);
+  if (std::any_of(model.parts.begin(), model.parts.end(), [](const Part& p) { return p.joint.friction.has_value(); }))
+    out.notes.emplace_back("friction of joints holds nothing in small motions: what rests by it alone counts as free");
 }
 
 }  // namespace

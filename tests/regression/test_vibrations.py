@@ -143,6 +143,46 @@ def beam(folder):
     near(table["tip.y"][i], height, 0.03 * height, "its height")
 
 
+def readings(folder):
+    """Forces that follow rates by any law; outputs with a corner at the start; friction; axial forces that are left out."""
+
+    def told(name, text, *words):
+        (folder / f"{name}.toml").write_text(text)
+        out = json.loads(run("response", folder / f"{name}.toml", "--force", "push", "--json", "-o", folder / f"{name}.csv", *words).stdout)
+        return out, rows(folder / f"{name}.csv")
+
+    mass = simulation(1) + rigid("a", mass=2) + force("force", "a", name="push", direction=[1, 0, 0], value=0)
+    spring = joint("j", "prismatic", "ground", "a", axis=[1, 0, 0], spring=dict(stiffness=800))
+    brake = force("force", "a", name="brake", direction=[1, 0, 0], value="-0.4*tanh(v/0.01)")
+    seen = output("v", "j", "rate") + output("f", "brake", "force") + output("p", "push", "force")
+    _, table = told("brake", mass + spring + brake + seen)
+    for f, v, brakes, own in zip(table["frequency"], table["v"], table["f"], table["p"]):
+        w = 2 * math.pi * f
+        near(v, abs(1j * w / (800 - 2 * w * w + 40j * w)), 1e-6 * v, f"rate at {f} Hz")
+        near(brakes, 40 * v, 1e-5 * brakes, f"a brake that follows the rate by tanh, at {f} Hz")
+        near(own, 1, 1e-9, "the force itself")
+    arm = rigid("a", mass=2, inertia=[0.1, 0.1, 0.1], frames=dict(end=[0.5, 0, 0])) + "[ground]\nframes = { x = [0.5, 0, 0] }\n"
+    arm = simulation(1) + arm + joint("j", "revolute", "ground", "a", spring=dict(stiffness=80, damping=1))
+    arm += force("force", "a.end", name="push", direction=[0, 1, 0], value=0) + output("turn", "a", "rotation")
+    arm += output("angle", "a", "angle", relative_to="ground") + output("way", "a.end", "distance", relative_to="ground.x")
+    out, table = told("corner", arm + output("far", "a.end", "distance", relative_to="ground"))
+    expect(sorted(out["left_out"]) == ["angle", "way"] and "far" in table, f"angle and distance that start at zero: {out['left_out']}")
+    rubs = spring.replace("spring =", "friction = { coefficient = 0.3, normal_force = 10 }\nspring =")
+    out, _ = told("rubs", mass + rubs + output("x", "j", "value"))
+    expect(any("friction of joint 'j'" in one for one in out["warnings"]), f"dry friction: {out['warnings']}")
+    # Half its critical load on a column; without stiffening the load follows bending in part only.
+    steel, bar = dict(density=7850, youngs_modulus=2.1e11), dict(shape="rectangle", width=0.02, height=0.01)
+    load = 0.5 * math.pi**2 / 4 * 2.1e11 * 0.02 * 0.01**3 / 12
+    column = simulation(1, start="static") + body("b", "beam", 'effects = ["bending_xy"]', length=1, section=bar, material=steel)
+    column += joint("w", "weld", "ground", "b", rotation=[0, 0, math.pi / 2]) + force("force", "b.tip", direction=[0, -1, 0], value=load)
+    column += force("force", "b.tip", name="push", direction=[1, 0, 0], value=0) + output("tip", "b.tip", "position")
+    out, _ = told("column", column.replace('["bending_xy"]', '["bending_xy", "stiffening"]'), "--from", 1, "--to", 15)
+    expect(not any("axial forces" in one for one in out["warnings"]), f"a pressed column with stiffening: {out['warnings']}")
+    stiff, _ = told("column", column, "--from", 1, "--to", 15)
+    expect(any('add "stiffening"' in one for one in stiff["warnings"]), f"a pressed column without stiffening: {stiff['warnings']}")
+    expect(out["modes"][0] < 0.95 * stiff["modes"][0], f"what pressing does to a column: {out['modes'][0]}, {stiff['modes'][0]}")
+
+
 def modes(folder):
     scene = folder / "two.toml"
     scene.write_text(OSCILLATORS.replace("FORCE", "0") + OUTPUTS)
@@ -263,7 +303,7 @@ def spectra(folder):
 
 with temporary_folder() as name:
     here = pathlib.Path(name)
-    for test in (response, controlled, beam, modes, at_times, loop, spectra):
+    for test in (response, controlled, beam, readings, modes, at_times, loop, spectra):
         print(f"-- {test.__name__}", flush=True)
         test(here)
 finish()
