@@ -215,7 +215,6 @@ std::optional<Finished> judged_as_given(Task& t, AsGiven& given) {
   const MatX time = error_of_difference * relative(*given.loose, fine);
   MatX space = MatX::Zero(time.rows(), time.cols());
   if (const std::optional<Scene> half = t.search.halved()) {
-    t.search.until = 1e300;
     const std::optional<Histories> coarse = t.search.run_within(*half, std::max(1.0, 3.0 * f.cpu()));
     if (coarse && coarse->columns == fine.columns && coarse->times.size() == fine.times.size()) space = relative(*coarse, fine) / 3.0;
     else space.setConstant(2.0 * t.accuracy);  // nobody knows
@@ -388,10 +387,11 @@ Results simulate_to_accuracy(const Scene& as_given, double accuracy, const Simul
   const Scene scene = called ? left->run.scene : with_called_effects(as_given, first, accuracy);
   Task t = task_for(scene);
   const double search_start = cpu_seconds();
-  AsGiven given = kept ? given_by(*left, options) : run_as_given(t);
-  const double allowed = given.run ? search_allowance(given.run->cpu()) : unknown_allowance;
+  std::optional<AsGiven> given = kept ? given_by(*left, options) : run_as_given(t);
+  const double as_written = given->run ? std::max(given->run->cpu(), 1e-3) : 0.0;
+  const double allowed = given->run ? search_allowance(given->run->cpu()) : unknown_allowance;
   std::vector<std::string> changed;
-  if (const std::optional<Scene> richer = with_fit_models(t, given)) {
+  if (const std::optional<Scene> richer = with_fit_models(t, *given)) {
     for (size_t b = 0; b < scene.bodies.size(); ++b) {
       const auto *before = std::get_if<BeamDef>(&scene.bodies[b].kind), *after = std::get_if<BeamDef>(&richer->bodies[b].kind);
       if (before && after && before->model != after->model)
@@ -399,12 +399,14 @@ Results simulate_to_accuracy(const Scene& as_given, double accuracy, const Simul
             fmt::format("'{}' model \"{}\"", scene.bodies[b].name, after->model == BeamModel::mixed ? "mixed" : "finite-element"));
     }
     t = task_for(*richer);
-    given = run_as_given(t);
+    given.reset();  // with all of its coordinates it takes as long as the search does: only where that finds nothing
   }
   t.search.until = search_start + allowed;
   std::optional<Finished> best = found_by_search(t);
   if (!best || best->error > accuracy) {
-    std::optional<Finished> other = judged_as_given(t, given);
+    t.search.until = 1e300;
+    if (!given) given = run_as_given(t);
+    std::optional<Finished> other = judged_as_given(t, *given);
     if (other && (!best || other->error < best->error)) best = std::move(other);
     // One that seemed to keep the accuracy was refused for what its error does not say.
     if (*nearest && (*nearest)->judged && (*nearest)->error > accuracy && (!best || (*nearest)->error < best->error)) best = **nearest;
@@ -429,7 +431,7 @@ Results simulate_to_accuracy(const Scene& as_given, double accuracy, const Simul
                                  accuracy, searched));
     return results;
   }
-  return stated(t, std::move(*best), {start, allowed, given.run ? std::max(given.run->cpu(), 1e-3) : 0.0, std::move(changed)}, memory);
+  return stated(t, std::move(*best), {start, allowed, as_written, std::move(changed)}, memory);
 }
 
 Results simulate_as_asked(const Scene& scene, const SimulateOptions& options, const SettingsMemory* memory) {

@@ -584,36 +584,46 @@ std::optional<Scene> with_richer_models(const Scene& scene, const std::vector<Ef
                                         const Histories& base, const ModelCheckOptions& options) {
   Scene out = scene;
   bool any = false;
-  // unmeasured: whether a beam is to be changed where no comparison came to an end.
-  const auto take = [&](const std::vector<size_t>& bodies, const auto& enrich, const auto& unmeasured) {
+  // The richer model of a beam, `telling` of it where it is measured. unmeasured: whether a beam is to be changed where no comparison came
+  // to an end.
+  const auto take = [&](const std::vector<size_t>& bodies, const auto& enrich, const auto& telling, const auto& unmeasured) {
     std::vector<size_t> changed;
     if (bodies.empty()) return;
-    const auto kept = [&](const Scene& s, size_t b) {
-      std::optional<Scene> next = enrich(s, b);
+    const auto kept = [](const Scene& s, std::optional<Scene> next) {
       return next && next->outputs.size() == s.outputs.size() ? next : std::nullopt;
     };
-    Comparison comparison = compared(scene, states, bodies, changed, kept, options);
+    Comparison comparison = compared(
+        scene, states, bodies, changed, [&](const Scene& s, size_t b) { return kept(s, telling(s, b)); }, options);
     const std::optional<Found> found = changed.empty() ? std::nullopt : comparison.measure(base);
     if (found && found->share <= options.asked) return;
     for (const size_t b : changed)
       if (!found && !unmeasured(b)) continue;
-      else if (std::optional<Scene> next = kept(out, b)) out = std::move(*next), any = true;
+      else if (std::optional<Scene> next = kept(out, enrich(out, b))) out = std::move(*next), any = true;
   };
   std::vector<size_t> forms, bent;
   for (size_t b = 0; b < scene.bodies.size(); ++b)
     if (const auto* beam = std::get_if<BeamDef>(&scene.bodies[b].kind); beam && has_forms_of_ends(*beam)) forms.push_back(b);
   for (const LinearLimit& l : limits)
     if (l.pieces == 1 && l.error() > options.surely_small * options.asked) bent.push_back(static_cast<size_t>(l.body));
-  take(
-      forms, [&](const Scene& s, size_t b) { return with_elements(s, states, b); }, [](size_t) { return false; });
+  const auto elements = [&](const Scene& s, size_t b) { return with_elements(s, states, b); };
+  // As many modes as the forms are, with the shapes that the joints and loads make, tell whether these fit (blade: 18 coordinates for 70).
+  const auto modes = [&](const Scene& s, size_t b) {
+    std::optional<Scene> next = with_elements(s, states, b);
+    if (!next) return next;
+    auto& beam = std::get<BeamDef>(next->bodies[b].kind);
+    beam.keep_modes = elements_of(beam) / 2;
+    beam.keep_axial = beam.keep_torsion = 2;
+    return next;
+  };
+  take(forms, elements, modes, [](size_t) { return false; });
   const auto surely_bent = [&](size_t b) {
     return std::any_of(limits.begin(), limits.end(),
                        [&](const LinearLimit& l) { return l.body == static_cast<int>(b) && l.error() > 2.0 * options.asked; });
   };
   // A beam in forms that do not fit says nothing of volumes.
   if (any) std::erase_if(bent, [&](size_t b) { return std::find(forms.begin(), forms.end(), b) != forms.end(); });
-  take(
-      bent, [&](const Scene& s, size_t b) { return with_volumes(s, states, b, richer(1)); }, surely_bent);
+  const auto volumes = [&](const Scene& s, size_t b) { return with_volumes(s, states, b, richer(1)); };
+  take(bent, volumes, volumes, surely_bent);
   if (any) return out;
   return std::nullopt;
 }
