@@ -1,11 +1,11 @@
 // The tables of sim/BEAMS.md. Each row is checked; with FLEXFRAME_TABLES set they are printed, in the form the page has them:
 //   FLEXFRAME_TABLES=1 test_sim --gtest_filter='BeamTables*' --gtest_brief=1
+#include "sim/base/eigen_solvers.h"
 #include "sim/bodies/beam_eigenforms.h"
 #include "tests/unit/beam_chains.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <Eigen/Eigenvalues>
 
 #include <cmath>
 #include <cstdlib>
@@ -21,9 +21,7 @@ void row(const std::string& text) {
   if (std::getenv("FLEXFRAME_TABLES")) fmt::print("{}\n", text);
 }
 
-VecX hertz(const MatX& K, const MatX& M) {
-  return Eigen::GeneralizedSelfAdjointEigenSolver<MatX>(K, M, Eigen::EigenvaluesOnly).eigenvalues().cwiseSqrt() / (2.0 * pi);
-}
+VecX hertz(const MatX& K, const MatX& M) { return GeneralizedEigen(K, M, Eigen::EigenvaluesOnly).eigenvalues().cwiseSqrt() / (2.0 * pi); }
 
 BeamDef rectangle(double length, double height, double width, double e) {
   BeamDef def;

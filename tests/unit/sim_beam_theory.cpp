@@ -1,11 +1,11 @@
 // Beams against theory: eigenvalues, Schiavo et al. 2005 Table 1, order of convergence, buckling loads, rotating beams, damping.
+#include "sim/base/eigen_solvers.h"
 #include "sim/bodies/beam.h"
 #include "sim/bodies/beam_eigenforms.h"
 #include "sim/bodies/beam_terms.h"
 #include "sim/bodies/section_strain.h"
 
 #include <gtest/gtest.h>
-#include <Eigen/Eigenvalues>
 
 #include <cmath>
 #include <numbers>
@@ -43,9 +43,7 @@ BeamDef unit_beam(int elements, Boundary boundary = Boundary::clamped_free) {
   return def;
 }
 
-VecX frequencies(const MatX& K, const MatX& M) {
-  return Eigen::GeneralizedSelfAdjointEigenSolver<MatX>(K, M, Eigen::EigenvaluesOnly).eigenvalues().cwiseSqrt();
-}
+VecX frequencies(const MatX& K, const MatX& M) { return GeneralizedEigen(K, M, Eigen::EigenvaluesOnly).eigenvalues().cwiseSqrt(); }
 
 const FlexibleNode& tip(const FlexibleBody& body) { return body.nodes[1]; }
 
@@ -161,7 +159,7 @@ TEST(BeamTheory, AnAxialLoadBucklesAtEulersLoads) {
   // virtual work of a load -P along x at the tip: K + P phi2_x(tip), so P is a generalised eigenvalue
   const auto critical = [](const FlexibleBody& body) {
     const MatX g = -tip(body).phi2[0];
-    return 1.0 / Eigen::GeneralizedSelfAdjointEigenSolver<MatX>(g, body.Ke, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
+    return 1.0 / GeneralizedEigen(g, body.Ke, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
   };
   const double tan_root = 4.49340945790906418;
   const std::array<double, 6> theory = {pi * pi / 4.0, pi * pi, 0.0, pi * pi, 4.0 * pi * pi, tan_root * tan_root};
@@ -224,7 +222,7 @@ TEST(BeamTheory, TorsionBucklesABeamUnderItsOwnPlanesLoad) {
   def.section.j = 0.5e-9;
   const FlexibleBody body = make_fe_beam(def, {.bending_xz = true, .torsion = true, .stiffening = true});
   const MatX g = tip(body).phi2[1];
-  const double largest = Eigen::GeneralizedSelfAdjointEigenSolver<MatX>(g, body.Ke, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
+  const double largest = GeneralizedEigen(g, body.Ke, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
   const double gj = 1e9 / 2.6 * 0.5e-9;
   EXPECT_NEAR(1.0 / largest / (4.01259934 * std::sqrt(gj)), 1.0, 2e-3);
 }
@@ -316,7 +314,7 @@ TEST(BeamTheory, DampingRatiosAreThoseAskedFor) {
   def.damping.ratio = {0.02, 0.03};
   const BeamEffects effects{.axial = true, .bending_xy = true, .bending_xz = true, .torsion = true};
   const auto ratios = [&](const FlexibleBody& body) {
-    const Eigen::GeneralizedSelfAdjointEigenSolver<MatX> eigen(body.Ke, body.Me);
+    const GeneralizedEigen eigen(body.Ke, body.Me);
     const MatX d = eigen.eigenvectors().transpose() * body.De * eigen.eigenvectors();
     VecX out(body.n);
     for (int i = 0; i < body.n; ++i) out[i] = d(i, i) / (2.0 * std::sqrt(eigen.eigenvalues()[i]));

@@ -1,8 +1,8 @@
 // Beams as chains: Chudnovsky et al. 2006's lumped cantilever, the coupled springs, pure bending of a mixed beam, frames and damping.
+#include "sim/base/eigen_solvers.h"
 #include "tests/unit/beam_chains.h"
 
 #include <gtest/gtest.h>
-#include <Eigen/Eigenvalues>
 
 #include <cmath>
 #include <numbers>
@@ -49,9 +49,7 @@ PlanarChain planar(const BeamChain& chain, double length) {
   return out;
 }
 
-VecX hertz(const PlanarChain& chain) {
-  return Eigen::GeneralizedSelfAdjointEigenSolver<MatX>(chain.K, chain.M).eigenvalues().cwiseSqrt() / (2.0 * pi);
-}
+VecX hertz(const PlanarChain& chain) { return GeneralizedEigen(chain.K, chain.M).eigenvalues().cwiseSqrt() / (2.0 * pi); }
 
 TEST(BeamVolumes, LumpedCantileverAgainstClosedTheory) {
   const BeamDef def = seed_cantilever(10);
@@ -82,7 +80,7 @@ TEST(BeamVolumes, CoupledSpringsAreExactUnderEndLoads) {
       EXPECT_NEAR(linear.tip.dot(by_force) * 3.0 * ei / 0.125, 1.0, 1e-12) << elements;
     }
     EXPECT_NEAR(by_moment.sum() * ei / 0.5, 1.0, 1e-12) << elements;
-    EXPECT_GT(Eigen::SelfAdjointEigenSolver<MatX>(linear.K).eigenvalues()[0], 0.0);
+    EXPECT_GT(SymmetricEigen(linear.K).eigenvalues()[0], 0.0);
   }
 }
 
@@ -109,7 +107,7 @@ TEST(BeamVolumes, LinkMomentsAreTheSectionsInAllDirections) {
   const BeamChain chain = make_lumped_beam(def, {.bending_xy = true, .bending_xz = true, .torsion = true});
   const MatX K = link_stiffness(chain.links, 6);
   EXPECT_LT((K - K.transpose()).norm(), 1e-12 * K.norm());
-  EXPECT_GT(Eigen::SelfAdjointEigenSolver<MatX>(K).eigenvalues()[0], 0.0);
+  EXPECT_GT(SymmetricEigen(K).eigenvalues()[0], 0.0);
   // uniform curvature (twist rate 0.1, v'' = 0.2, w'' = 0.3): the angles are C's row sums, 9/8 l and 7/8 l next to an end
   const double l = 0.5 / 6.0, e = 6.9e10, g = e / 2.66;
   Mat3X theta(3, 6);
@@ -240,7 +238,7 @@ TEST(BeamVolumes, VolumesWithModesBendUnderAMoment) {
   EXPECT_LT(body.Cr0.norm(), 1e-12 * body.mass * L);
   // free-free frequency from above (Rayleigh) with one symmetric form more
   const FlexibleBody plane = make_modal_volume(def, {.bending_xy = true});
-  const VecX squares = Eigen::GeneralizedSelfAdjointEigenSolver<MatX>(plane.Ke, plane.Me).eigenvalues();
+  const VecX squares = GeneralizedEigen(plane.Ke, plane.Me).eigenvalues();
   const double exact = 4.730040744862704 * 4.730040744862704 * std::sqrt(e * def.section.iz / (2700.0 * def.section.area)) / (L * L);
   EXPECT_GT(std::sqrt(squares[0]), exact);
   EXPECT_LT(std::sqrt(squares[0]), 1.005 * exact);

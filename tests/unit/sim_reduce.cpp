@@ -1,5 +1,6 @@
 // The reducer: elements, modes, static deflection, geometric stiffening, SID of the result.
 #include "scratch.h"
+#include "sim/base/eigen_solvers.h"
 #include "sim/bodies/sid.h"
 #include "sim/reduce/fe_elements.h"
 #include "sim/reduce/fe_integrals.h"
@@ -92,7 +93,7 @@ TEST(FeElements, PatchTest) {
       // Six motions without stiffness, no more: no hourglass modes. One integration point holds a 20-node brick of eight points only
       // together with its neighbours.
       if (shape == FeShape::hexahedron20 && f == FeFormulation::reduced) continue;
-      const VecX eigenvalues = Eigen::SelfAdjointEigenSolver<MatX>(K).eigenvalues();
+      const VecX eigenvalues = SymmetricEigen(K).eigenvalues();
       EXPECT_LT(eigenvalues(5), 1e-11 * eigenvalues.tail(1)(0));
       EXPECT_GT(eigenvalues(6), 1e-6 * eigenvalues.tail(1)(0)) << fe_name(shape);
     }
@@ -426,7 +427,7 @@ TEST(Reduce, StiffeningGivesEulersBucklingLoad) {
   MatX phi2 = MatX::Zero(r.body.n, r.body.n);
   for (const FlexibleNode& node : r.body.nodes) phi2 += node.phi2[0] / static_cast<double>(r.body.nodes.size());
   // Compression -P e_x at the end: force -P phi2 q on the right, so Ke + P phi2 becomes singular.
-  const VecX inverse = Eigen::GeneralizedSelfAdjointEigenSolver<MatX>(-phi2, r.body.Ke).eigenvalues();
+  const VecX inverse = GeneralizedEigen(-phi2, r.body.Ke).eigenvalues();
   const double load = 1.0 / inverse.maxCoeff();
   const double euler = std::pow(std::numbers::pi / (2 * L), 2) * 1e9 * std::pow(h, 4) / 12;
   EXPECT_NEAR(load, euler, 1e-2 * euler);

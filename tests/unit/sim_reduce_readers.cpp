@@ -1,12 +1,11 @@
 // Readers of finite element models: every element kind of gmsh and Abaqus, materials, sets, spiders, units, matrices of CalculiX and Matrix
 // Market.
 #include "scratch.h"
+#include "sim/base/eigen_solvers.h"
 #include "sim/reduce/fe_elements.h"
 #include "sim/reduce/reduce.h"
 
 #include <gtest/gtest.h>
-
-#include <Eigen/Eigenvalues>
 
 #include <fmt/format.h>
 
@@ -269,7 +268,7 @@ TEST(ReduceReaders, MatricesOfASupportedModel) {
   const Reduction r = reduce(m, o);
   EXPECT_EQ(r.report.rigid_motions, 0);
   const MatX K = MatX(given.matrices->K)(kept, kept), M = MatX(given.matrices->M)(kept, kept);
-  const double wanted = std::sqrt(Eigen::GeneralizedSelfAdjointEigenSolver<MatX>(K, M).eigenvalues()(0)) / (2 * std::numbers::pi);
+  const double wanted = std::sqrt(GeneralizedEigen(K, M).eigenvalues()(0)) / (2 * std::numbers::pi);
   EXPECT_NEAR(r.report.frequencies(0), wanted, 1e-6 * wanted);
   // The same motion named twice.
   scratch.put("held.dof", dofs + dofs.substr(0, dofs.find('\n') + 1));

@@ -1,4 +1,5 @@
 // SID files: reading real ones, writing, layouts, identities, damaged copies.
+#include "sim/base/eigen_solvers.h"
 #include "sim/base/error.h"
 #include "sim/bodies/body_file.h"
 #include "sim/bodies/sid.h"
@@ -8,7 +9,6 @@
 #include <gtest/gtest.h>
 
 #include <fmt/format.h>
-#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <array>
@@ -144,7 +144,7 @@ TEST(Sid, ItsBlocksAreThoseOfTheDefinition) {
     same("Ke", body.Ke);
     same("De", body.De);
     same("ksigma", body.ksigma);
-    VecX squares = Eigen::GeneralizedSelfAdjointEigenSolver<MatX>(body.Ke, body.Me).eigenvalues();
+    VecX squares = GeneralizedEigen(body.Ke, body.Me).eigenvalues();
     same("frequencies", squares.cwiseSqrt() / (2.0 * std::numbers::pi));
     for (size_t k = 0; k < body.nodes.size(); ++k) {
       const FlexibleNode& node = body.nodes[k];
