@@ -255,26 +255,9 @@ struct Change {
   std::string column;  // empty: none
 };
 
-// Takes the lowest frequency of both responses into account: changes by more than `least` of what the richer model gives.
-void compare_lowest(const FrequencyResponse& own, const FrequencyResponse& other, double least, Change& worst) {
-  constexpr double counts = 1e-8;  // of the largest of its unit: differences of outputs have some nine digits
-  for (size_t c = 0; c < own.columns.size(); ++c) {
-    const auto same = std::find(other.columns.begin(), other.columns.end(), own.columns[c]);
-    if (same == other.columns.end()) continue;
-    const auto there = static_cast<Eigen::Index>(same - other.columns.begin());
-    double largest = 0.0;  // of its unit
-    for (size_t o = 0; o < other.units.size(); ++o)
-      if (other.units[o] == own.units[c]) largest = std::max(largest, std::abs(other.values(static_cast<Eigen::Index>(o), 0)));
-    const double size = std::abs(other.values(there, 0));
-    if (size <= counts * largest) continue;
-    const double off = std::abs(own.values(static_cast<Eigen::Index>(c), 0) - other.values(there, 0)) / size;
-    if (off > std::max(least, worst.share)) worst = {off, own.frequencies[0], own.columns[c]};
-  }
-}
-
 // Frequencies at which responses are compared, and those of the richer model about each.
 struct Compared {
-  static constexpr Eigen::Index beside = 3;
+  static constexpr Eigen::Index beside = 3, middle = 1, over_range = 17;  // the first ones over the range, the lowest first
   std::vector<double> own, other;
 
   void add(double at, double below, double above) {
@@ -286,13 +269,30 @@ struct Compared {
 // Over the range, where the richer model may be faster or slower by `shift`, which is told of the frequencies; and beside resonances that
 // it has alone (so near a response is some hundred times that at rest), on one side of them, where neither sign is passed.
 Compared compared_frequencies(const VecX& range, const std::vector<double>& resonances, double shift) {
-  constexpr int over_range = 16;
   const double lowest = range[0], highest = range[range.size() - 1];
   Compared out;
-  for (int i = 0; i <= over_range; ++i)
-    out.add(lowest * std::pow(highest / lowest, i / static_cast<double>(over_range)), 1.0 - shift, 1.0 + shift);
+  for (int i = 0; i < Compared::over_range; ++i)
+    out.add(lowest * std::pow(highest / lowest, i / (Compared::over_range - 1.0)), 1.0 - shift, 1.0 + shift);
   for (const double f : resonances) out.add(1.006 * f, 1.003 / 1.006, 1.01 / 1.006);
   return out;
+}
+
+// Takes the lowest frequency of both responses into account: changes by more than `least` of what the richer model gives.
+void compare_lowest(const FrequencyResponse& own, const FrequencyResponse& other, double least, Change& worst) {
+  constexpr double counts = 1e-8;  // of the largest of its unit: differences of outputs have some nine digits
+  constexpr Eigen::Index at = Compared::middle;
+  for (size_t c = 0; c < own.columns.size(); ++c) {
+    const auto same = std::find(other.columns.begin(), other.columns.end(), own.columns[c]);
+    if (same == other.columns.end()) continue;
+    const auto there = static_cast<Eigen::Index>(same - other.columns.begin());
+    double largest = 0.0;  // of its unit
+    for (size_t o = 0; o < other.units.size(); ++o)
+      if (other.units[o] == own.units[c]) largest = std::max(largest, std::abs(other.values(static_cast<Eigen::Index>(o), at)));
+    const double size = std::abs(other.values(there, at));
+    if (size <= counts * largest) continue;
+    const double off = std::abs(own.values(static_cast<Eigen::Index>(c), 0) - other.values(there, at)) / size;
+    if (off > std::max(least, worst.share)) worst = {off, own.frequencies[0], own.columns[c]};
+  }
 }
 
 double distance(std::complex<double> point, std::complex<double> from, std::complex<double> to) {
@@ -302,11 +302,17 @@ double distance(std::complex<double> point, std::complex<double> from, std::comp
 }
 
 // Changes by more than `least` at any of these frequencies, of what the richer model has nowhere about it, relative to its size there: at
-// least a share of the whole vector and of what the output has at the frequencies beside it, where it passes through zero.
+// least a share of the whole vector and of what the output has at the frequencies beside it, where it passes through zero. Beside a
+// resonance of either model three frequencies are no curve; how right it is its frequency tells.
 void compare_over_range(const FrequencyResponse& own, const FrequencyResponse& other, double least, Change& worst) {
   constexpr double of_vector = 0.02, of_neighbours = 0.3, rounding = 1e-8;
   constexpr Eigen::Index per = Compared::beside;
   const Eigen::Index count = own.frequencies.size();
+  constexpr double beside = 0.025;
+  const auto resonates = [&](double f) {
+    const auto near = [&](double mode) { return std::abs(f - mode) < beside * mode; };
+    return std::any_of(own.modes.begin(), own.modes.end(), near) || std::any_of(other.modes.begin(), other.modes.end(), near);
+  };
   const auto output_of = [](const std::string& column) { return column.substr(0, column.find('.')); };
   for (size_t c = 0; c < own.columns.size(); ++c) {
     const auto same = std::find(other.columns.begin(), other.columns.end(), own.columns[c]);
@@ -314,9 +320,10 @@ void compare_over_range(const FrequencyResponse& own, const FrequencyResponse& o
     const auto there = static_cast<Eigen::Index>(same - other.columns.begin());
     const auto size_at = [&](Eigen::Index k) { return other.values.row(there).segment(per * k, per).cwiseAbs().maxCoeff(); };
     for (Eigen::Index k = 0; k < count; ++k) {
+      if (k < Compared::over_range && resonates(own.frequencies[k])) continue;
       double vector = 0.0, of_unit = 0.0;
       for (size_t o = 0; o < other.columns.size(); ++o) {
-        const double size = std::abs(other.values(static_cast<Eigen::Index>(o), per * k + 1));
+        const double size = std::abs(other.values(static_cast<Eigen::Index>(o), per * k + Compared::middle));
         if (output_of(other.columns[o]) == output_of(own.columns[c])) vector = std::max(vector, size);
         if (other.units[o] == own.units[c]) of_unit = std::max(of_unit, size);
       }
@@ -458,7 +465,7 @@ void tell_of_response(const System& system, const Linearisation& linear, const F
       const Compared at = compared_frequencies(range, resonances, asked);
       const FrequencyResponse own = frequency_response(system, response.force, as_vector(at.own)),
                               other = frequency_response(r.system, response.force, as_vector(at.other));
-      compare_lowest(own, frequency_response(r.system, response.force, range.head(1)), asked, worst);
+      compare_lowest(own, other, asked, worst);
       compare_over_range(own, other, in_motion * asked, worst);
     } catch (const InputError&) {  // the richer model's start is no equilibrium
       continue;
