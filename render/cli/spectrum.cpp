@@ -9,10 +9,14 @@
 #include "sim/results/results_file.h"
 #include "sim/results/sampling.h"
 #include "sim/results/spectrum.h"
+#include "sim/scene/expression.h"
+#include "sim/scene/scene_reader.h"
+#include "sim/scene/table.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <memory>
 #include <numbers>
 
@@ -108,8 +112,54 @@ film::Diagram spectrum_diagram(const Words& w, const std::vector<Named>& spectra
   return diagram;
 }
 
+// Results hold no coordinates of driven joints: from their motions in the scene, where it can be read still.
+void add_driven_coordinates(sim::Results& results) {
+  std::vector<sim::JointDef> joints;
+  try {
+    if (!results.scene_text.empty()) joints = sim::parse_scene(results.scene_text, results.scene_file).joints;
+  } catch (const sim::InputError&) {
+    return;
+  }
+  for (const sim::JointDef& def : joints) {
+    if (def.motion.empty() && !def.motion_table) continue;
+    const auto found = std::find_if(results.joints.begin(), results.joints.end(), [&](const auto& j) { return j.name == def.name; });
+    if (found == results.joints.end() || found->value.cols() > 0) continue;
+    const sim::TimeFunction motion =
+        def.motion_table
+            ? sim::TimeFunction(std::make_shared<const sim::CubicTable>(def.motion_table->x, def.motion_table->y, def.motion_table->period))
+            : sim::TimeFunction(sim::Expression(def.motion));
+    found->value.resize(results.times.size(), 1);
+    found->rate.resize(results.times.size(), 1);
+    for (Eigen::Index i = 0; i < results.times.size(); ++i) {
+      const sim::TimeJet jet = motion.jet(results.times[i]);
+      found->value(i, 0) = jet.value;
+      found->rate(i, 0) = jet.rate;
+    }
+  }
+}
+
+// What repeats every turn of a shaft appears slower where a turn has fewer than two samples.
+void warn_of_fast_turns(const sim::Results& results, const Samples& samples, std::vector<std::string>& warnings) {
+  if (samples.count < 2) return;
+  const sim::VecX t = results.times.segment(samples.first, samples.count);
+  const double rate = static_cast<double>(samples.count - 1) / (t[samples.count - 1] - t[0]);
+  for (const sim::ResultJoint& joint : results.joints) {
+    if (joint.kind != "revolute" || joint.value.cols() != 1) continue;
+    const sim::VecX angle = joint.value.col(0).segment(samples.first, samples.count);
+    const Eigen::Index n = samples.count - 1;
+    const double turns =
+        (angle.tail(n) - angle.head(n)).cwiseQuotient(t.tail(n) - t.head(n)).cwiseAbs().maxCoeff() / (2.0 * std::numbers::pi);
+    if (2.0 * turns > rate)
+      warnings.push_back(
+          fmt::format("joint '{}' turns {:.3g} times a second, too fast for {:.4g} samples: what repeats with its turns "
+                      "appears at a lower frequency",
+                      joint.name, turns, rate));
+  }
+}
+
 int write_spectrum(const Words& w) {
-  const sim::Results results = sim::read_results(w.results);
+  sim::Results results = sim::read_results(w.results);
+  add_driven_coordinates(results);
   const Samples samples = wanted_samples(w, results);
   const std::vector<Named> spectra = spectra_of(w, results, samples);
   const std::string axis = w.order.empty() ? "frequency" : "order";
@@ -119,18 +169,20 @@ int write_spectrum(const Words& w) {
   sim::write_whole_file(csv, spectrum_csv(w, spectra, axis));
   sim::write_whole_file(svg, film::diagram_svg(spectrum_diagram(w, spectra)));
   nlohmann::ordered_json json = {{"results", w.results}, {"outputs", nlohmann::ordered_json::array()}};
+  std::vector<std::string> warnings;
   for (const auto& [output, s] : spectra) {
     const sim::SpectralLine line = sim::largest_line(s);
     json["outputs"].push_back({{"column", output->column}, {"unit", output->unit}, {"largest", line.amplitude}, {axis, line.at}});
+    if (const std::string doubt = sim::doubt_of(s, line); !doubt.empty())
+      warnings.push_back(fmt::format("{}: its largest line, at {} {:.4g}, {}", output->column, axis, line.at, doubt));
     if (!w.json) fmt::print("{:<20} largest {:.5g} {} at {} {:.5g}\n", output->column, line.amplitude, output->unit, axis, line.at);
   }
   json.update({{"csv", csv.string()}, {"svg", svg.string()}, {"warnings", nlohmann::ordered_json::array()}});
-  if (const auto fast = sim::faster_than_samples(results, samples.first, samples.count)) {
-    const std::string text =
-        fmt::format("{} {}: it appears at a lower frequency in these spectra", fast->owner, sim::fast_motion_text(*fast));
-    json["warnings"].push_back(text);
-    print_warnings({text});
-  }
+  if (const auto fast = sim::faster_than_samples(results, samples.first, samples.count))
+    warnings.push_back(fmt::format("{} {}: it appears at a lower frequency in these spectra", fast->owner, sim::fast_motion_text(*fast)));
+  warn_of_fast_turns(results, samples, warnings);
+  json["warnings"] = warnings;
+  print_warnings(warnings);
   if (w.json) fmt::print("{}\n", json_text(json));
   else fmt::print("spectrum     {}\ndiagram      {}\n", csv.string(), svg.string());
   return 0;

@@ -297,6 +297,23 @@ def spectra(folder):
     size, where = max(zip(table["y"][1:], table["order"][1:]))
     near(where, 3, 0.07, "order of the cam")
     near(size, 0.01, 0.0015, "its amplitude")
+    # The ramp of an angle is no sine; what a cam does 40 times a turn has fewer and fewer samples as the shaft runs up.
+    text = scene.read_text()
+    told = json.loads(run("spectrum", folder / "d.h5", "--column", "angle", "-o", folder / "s.csv", "--json").stdout)["warnings"]
+    expect(any(one.startswith("angle:") and "drift" in one for one in told), f"a shaft's angle as a sine: {told}")
+    scene.write_text(text.replace("sin(3*2*pi", "sin(20*2*pi"))
+    run("simulate", scene, "-o", folder / "c.h5")
+    told = json.loads(run("spectrum", folder / "c.h5", "--column", "y", "--order", "angle", "-o", folder / "o.csv", "--json").stdout)
+    expect(any("samples a period" in one for one in told["warnings"]), f"few samples where the shaft is fast: {told}")
+    # A shaft that turns 200 times a second, seen 256 times.
+    scene.write_text(text.replace('2*pi*(2*t + 0.5*t*t)"', '2*pi*200*t"') + output("tip", "w.p", "position"))
+    scene.write_text(scene.read_text().replace("inertia = [1, 1, 1]", "inertia = [1, 1, 1]\nframes = { p = [1, 0, 0] }"))
+    run("simulate", scene, "-o", folder / "t.h5")
+    told = json.loads(run("spectrum", folder / "t.h5", "--column", "tip.x", "-o", folder / "s.csv", "--json").stdout)["warnings"]
+    expect(any("turns 200 times a second" in one for one in told), f"a fast shaft: {told}")
+    run("simulate", scene, "--set", "joint.j.motion=0.3 + 0.02*sin(2*pi*900*t)", "--set", "joint.shaft.motion=0", "-o", folder / "f.h5")
+    told = json.loads(run("spectrum", folder / "f.h5", "--column", "x", "-o", folder / "s.csv", "--json").stdout)["warnings"]
+    expect(any("joint 'j'" in one and "lower frequency" in one for one in told), f"a drive faster than its samples: {told}")
     message = run("spectrum", folder / "d.h5", "--column", "z", code=2).stderr
     expect("no column" in message and "angle" in message, message)
 

@@ -423,7 +423,8 @@ def space_frame(r):
             D.append((tip, np.diag([*c, 0, 0, 0])))
             where = [float(x) for x in places[-1]]
             text = f"[ground]\nframes = {{ post = {where} }}\n\n" + text
-            text += f'[[force]]\nkind = "bushing"\non = "b{count - 1}.tip"\nfrom = "ground.post"\nstiffness = {[*k, 0, 0, 0]}\ndamping = {[*c, 0, 0, 0]}\n\n'
+            text += f'[[force]]\nkind = "bushing"\non = "b{count - 1}.tip"\nfrom = "ground.post"\n'
+            text += f"stiffness = {[*k, 0, 0, 0]}\ndamping = {[*c, 0, 0, 0]}\n\n"
         K, M, free = frame.matrices()
         hertz = np.sqrt(np.abs(np.linalg.eigvals(np.linalg.solve(M[np.ix_(free, free)], K[np.ix_(free, free)])))) / (2 * np.pi)
         beta = z / (np.pi * np.sort(hertz)[1])
