@@ -132,6 +132,7 @@ class Search {
 
   void keep(const Resolvable& body, int modes, int more, BeamDef& beam) const;
   bool lacks_shear(size_t body, int modes) const;
+  bool takes_moments(size_t body) const;
   bool bends_in_space(size_t body) const;
 };
 

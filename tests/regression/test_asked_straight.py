@@ -5,11 +5,14 @@ import re
 import sys
 
 import numpy as np
-from scipy.integrate import solve_ivp
+from scipy.integrate import simpson, solve_ivp
+from scipy.optimize import brentq
 
 from program import examples, expect, history, run, run_parts
 
 sys.path.append(str(pathlib.Path(__file__).parents[1] / "trust"))
+from kinds.frames import bracket_in_space  # noqa: E402
+from run_trust import make  # noqa: E402
 from truths.formulas import Linear, beam_matrices  # noqa: E402
 
 
@@ -347,7 +350,68 @@ def console_in_space(folder):
         expect(not summary["warnings"], f"console in space, {asked}: {summary['warnings']}")
 
 
+def stiff_beam_between(folder):
+    # Three beams welded in space; the middle one is short, but it carries the third, and between rigid ends it would be told to be rigid
+    # (0.53 of the range, silently). Truth: Timoshenko's elements in numpy.
+    scene = make(bracket_in_space, 151, 0)
+    summary, h = ask(folder, scene.text, 1e-2)
+    truth = scene.truth(h["t"])
+    error = 0.0
+    for name, true in truth.items():
+        here = np.stack([h[f"{name}.{axis}"] for axis in "xyz"], axis=1)
+        error = max(error, np.linalg.norm(here - true, axis=1).max() / np.ptp(true, axis=0).max())
+    judge("three beams in space", summary, error, 1e-2)
+
+
+def sprung_hinge(folder):
+    # A beam on a hinge with a stiff spring, pushed at its tip at once. The spring's torque turns its root, of which eigenforms lack 1/n.
+    # Series of Euler and Bernoulli: w = a (sinh bx - sin bx) + c sin bx + d (cosh bx - cos bx), EI w'' = k w' at the root; slender.
+    L, E, rho, d, F = 1.0, 2e11, 8000.0, 0.01, 0.2
+    EI, mu = E * np.pi * d**4 / 64, rho * np.pi * d * d / 4
+    k = 20.0 * EI / L
+
+    def form(b):
+        # Coefficients of (sinh, sin, cosh - cos) by the moment that vanishes at the tip, and the shear that is left there.
+        sh, ch, s, c = np.sinh(b), np.cosh(b), np.sin(b), np.cos(b)
+        turn = k * L / (2 * EI * b)  # of d to the sum of the others
+        first = sh + turn * (ch + c), -s + turn * (ch + c)
+        of = np.array([1.0, -first[0] / first[1]])
+        both = turn * of.sum()
+        return of, both, of[0] * ch - of[1] * c + both * (sh - s)
+
+    at = np.linspace(0.5, 25.0, 4000)  # beyond, sinh and cosh take too many digits
+    values = [form(b)[2] / np.cosh(b) for b in at]
+    signs = [i for i in range(len(at) - 1) if values[i] * values[i + 1] < 0 and abs(values[i] - values[i + 1]) < 1.0]
+    roots = [brentq(lambda b: form(b)[2] / np.cosh(b), at[i], at[i + 1]) for i in signs]
+    x = np.linspace(0.0, 1.0, 4001)
+    omega, share = [], []
+    for b in roots:
+        of, both, _ = form(b)
+        w = of[0] * np.sinh(b * x) + of[1] * np.sin(b * x) + both * (np.cosh(b * x) - np.cos(b * x))
+        omega.append(b**2 / L**2 * np.sqrt(EI / mu))
+        share.append(F * w[-1] ** 2 / (mu * L * simpson(w * w, x=x)))
+    omega, share = np.array(omega), np.array(share)
+    rest = F * L**2 / k + F * L**3 / (3 * EI)
+    expect(abs((share / omega**2).sum() / rest - 1) < 1e-3, f"series of the sprung beam: {(share / omega**2).sum() / rest}")
+    duration = 2 * 2 * np.pi / omega[0]
+    text = (
+        f"[simulation]\nduration = {duration!r}\noutput_rate = {200 / duration!r}\ngravity = [0, 0, 0]\n"
+        f'[[body]]\nname = "strip"\nkind = "beam"\nlength = {L}\nsection = {{ shape = "circle", diameter = {d} }}\n'
+        f"material = {{ density = {rho}, youngs_modulus = {E} }}\n"
+        '[[joint]]\nname = "hinge"\nkind = "revolute"\nparent = "ground"\nchild = "strip.root"\n'
+        f"spring = {{ stiffness = {k!r} }}\n"
+        f'[[force]]\nkind = "force"\non = "strip.tip"\ndirection = [0, 1, 0]\nvalue = {F}\n'
+        '[[output]]\nname = "tip"\nof = "strip.tip"\nquantity = "position"\n'
+    )
+    for asked in (1e-1, 1e-2):
+        summary, h = ask(folder, text, asked)
+        truth = (share / omega**2 * (1 - np.cos(np.outer(h["t"], omega)))).sum(axis=1)
+        judge("sprung hinge", summary, np.abs(h["tip.y"] - truth).max() / np.ptp(truth), asked)
+
+
 run_parts(
+    stiff_beam_between,
+    sprung_hinge,
     stubby_beam,
     console_in_space,
     places_by_number,
