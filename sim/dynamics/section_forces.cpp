@@ -22,8 +22,10 @@ Mat3X slopes(const Mat3X& psi) {
   return out;
 }
 
+Vec3 slope_of(const Vec3& turned) { return {0.0, turned.z(), -turned.y()}; }
+
 // Shapes of the axis at x: deflections by the cubic that the neighbouring nodes' sections tell, the rest straight between them.
-void add_shapes(const Part& part, const std::vector<int>& nodes, double x, CutBeam& beam) {
+MatX shapes_at(const Part& part, const std::vector<int>& nodes, double x) {
   const int n = part.body.n;
   MatX phi = MatX::Zero(3, n), psi = phi;
   if (n > 0 && !nodes.empty()) {
@@ -41,8 +43,9 @@ void add_shapes(const Part& part, const std::vector<int>& nodes, double x, CutBe
       phi += span * s * (1.0 - s) * ((1.0 - s) * (slopes(node(k).psi) - chord) - s * (slopes(node(next).psi) - chord));
     }
   }
-  beam.phi.push_back(phi);
-  beam.psi.push_back(psi);
+  MatX out(6, n);
+  out << phi, psi;
+  return out;
 }
 
 // What the part's inertia has beyond that of its axis, per length.
@@ -97,8 +100,10 @@ SectionForces::SectionForces(const Model& model, const Scene& scene) : at_(model
       for (int p = 0; p < pieces; ++p) beam.x.push_back(start + span * p / pieces);
     }
     beam.x.push_back(x.back());
+    beam.shapes.resize(6 * static_cast<Eigen::Index>(beam.x.size()), part.body.n);
+    beam.moved = MatX::Zero(beam.shapes.rows(), 3);
     for (const double place : beam.x) {
-      add_shapes(part, nodes, place, beam);
+      beam.shapes.middleRows<6>(6 * static_cast<Eigen::Index>(beam.beside.size())) = shapes_at(part, nodes, place);
       const double s = def->axis ? (piece_start(*def, part.piece) + place * beam.longer) / def->length : 0.0;
       beam.beside.push_back(beside_piece(*def, part.piece, s));
     }
@@ -161,10 +166,10 @@ void SectionForces::cut(const Model& model, const Work& work, size_t beam) {
   const auto along = [&](size_t k, Vec3& moment) {
     Vec3 rate = Vec3::Zero(), second = rate, turning = w, turn = spin;
     if (elastic) {
-      rate = b.phi[k] * p.qd + b.beyond_rate[k], second = b.phi[k] * p.qdd + b.beyond_second[k];
-      const Vec3 turn_rate = b.psi[k] * p.qd;
+      rate = b.shift(k, 1) + b.beyond_rate[k], second = b.shift(k, 2) + b.beyond_second[k];
+      const Vec3 turn_rate = b.turn(k, 1);
       turning += turn_rate;
-      turn += b.psi[k] * p.qdd + w.cross(turn_rate);
+      turn += b.turn(k, 2) + w.cross(turn_rate);
     }
     if (b.turns) {
       const Mat3 J = b.axes[k] * b.rotary * b.axes[k].transpose();
@@ -177,9 +182,12 @@ void SectionForces::cut(const Model& model, const Work& work, size_t beam) {
   // How much the slope of the load at place `k` differs from that of the chord over the interval that ends at place `last`.
   const auto bends = [&](size_t k, size_t last) {
     if (!elastic) return Vec3(Vec3::Zero());
-    Mat3X off = slopes(b.psi[k]) - (b.phi[last] - b.phi[last - 1]) / (b.x[last] - b.x[last - 1]);
-    off.row(0).setZero();
-    return Vec3(-b.mass_per_length * acceleration(off * p.q, off * p.qd, off * p.qdd));
+    const auto off = [&](int order) {
+      Vec3 chord = (b.shift(last, order) - b.shift(last - 1, order)) / (b.x[last] - b.x[last - 1]);
+      chord.x() = 0.0;
+      return Vec3(slope_of(b.turn(k, order)) - chord);
+    };
+    return Vec3(-b.mass_per_length * acceleration(off(0), off(1), off(2)));
   };
   const auto in_section = [&](size_t k, const Vec3& f, const Vec3& m) {
     Vec6 out;
@@ -249,8 +257,6 @@ void add_beyond(double length, const Turning& before, const Turning& after, bool
   sum.second += length / 6.0 * (first.second + 4.0 * middle.second + last.second);
 }
 
-Vec3 slope_of(const Vec3& turned) { return {0.0, turned.z(), -turned.y()}; }
-
 }  // namespace
 
 void SectionForces::evaluate(const Model& model, Work& work, const Reactions& reactions) {
@@ -258,18 +264,22 @@ void SectionForces::evaluate(const Model& model, Work& work, const Reactions& re
     const PartWork& p = work.parts[b.part];
     const VecX& q = p.q;
     const bool exact = model.parts[b.part].body.rod != nullptr, moves = p.qdd.size() > 0;
+    if (q.size() > 0) {
+      MatX coordinates = MatX::Zero(q.size(), 3);
+      coordinates.col(0) = q;
+      if (moves) coordinates.col(1) = p.qd, coordinates.col(2) = p.qdd;
+      b.moved.noalias() = b.shapes * coordinates;
+    }
     Turning beyond, before;  // by the slopes from the root on
     for (size_t k = 0; k < b.x.size(); ++k) {
       b.place[k] = Vec3(b.x[k], 0.0, 0.0);
       b.axes[k].setIdentity();
       if (q.size() > 0) {
-        const Vec3 turned = b.psi[k] * q;
-        Turning slope;
-        slope.value = slope_of(turned);
-        if (moves) slope.rate = slope_of(b.psi[k] * p.qd), slope.second = slope_of(b.psi[k] * p.qdd);
+        const Vec3 turned = b.turn(k, 0);
+        const Turning slope{slope_of(turned), slope_of(b.turn(k, 1)), slope_of(b.turn(k, 2))};
         if ((b.shortens || exact) && k > 0) add_beyond(b.x[k] - b.x[k - 1], before, slope, exact, beyond);
         before = slope;
-        b.place[k] += b.phi[k] * q + beyond.value;
+        b.place[k] += b.shift(k, 0) + beyond.value;
         b.beyond_rate[k] = beyond.rate;
         b.beyond_second[k] = beyond.second;
         b.axes[k] = rotation_exp(turned);

@@ -21,11 +21,14 @@ struct CutBeam {
   std::vector<double> x;         // m from the part's root: its nodes, what joints and loads hold, and points between them
   double longer = 1.0;           // length of a curved axis over that of the part, which is its chord
   std::vector<Vec3> beside;      // from the part's axis to the curved one, at each place
-  std::vector<MatX> phi, psi;    // 3 x n a place: displacement and rotation per elastic coordinate (cubic and straight between nodes)
+  MatX shapes;                   // 6 rows a place: displacement and rotation per elastic coordinate (cubic and straight between nodes)
   // Of the state last evaluated: place and axes of every section in the part's body frame, and the wrench that the outboard side exerts on
   // the inboard one [N Vy Vz T My Mz] about the section's centre, section axes, at both ends of every interval (N, Nm; tension positive).
   std::vector<Vec3> place;
   std::vector<Mat3> axes;
+  MatX moved = {};  // shapes times the elastic coordinates, their rates and their accelerations: 6 rows a place, 3 columns
+  Vec3 shift(size_t at, int order) const { return moved.block<3, 1>(6 * static_cast<Eigen::Index>(at), order); }
+  Vec3 turn(size_t at, int order) const { return moved.block<3, 1>(6 * static_cast<Eigen::Index>(at) + 3, order); }
   // What bending moves the places by beyond first order: its rate and its acceleration, body frame, m/s and m/s^2.
   std::vector<Vec3> beyond_rate, beyond_second;
   std::vector<Vec6> left, right;  // x.size() - 1

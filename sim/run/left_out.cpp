@@ -214,12 +214,12 @@ struct Unknown {
   double potential = 0.0;   // 1/2 of their work on the deflection, J; positive where they bend the beam further
 };
 
-Unknown forces_beside_axis(const CutBeam& beam, const VecX& q) {
+Unknown forces_beside_axis(const CutBeam& beam) {
   Unknown out;
   const size_t n = beam.x.size();
   out.force.assign(n, Vec3::Zero());
   for (size_t k = n - 1; k > 0; --k) {
-    const Vec3 l = beam.psi[k - 1] * q, r = beam.psi[k] * q;  // theta, -w', v'
+    const Vec3 l = beam.turn(k - 1, 0), r = beam.turn(k, 0);  // theta, -w', v'
     const double dx = beam.x[k] - beam.x[k - 1], N0 = beam.left[k - 1][0], N1 = beam.right[k - 1][0];
     out.force[k - 1] = out.force[k];
     out.force[k - 1][1] -= 0.5 * dx * (l.y() * N0 + r.y() * N1);
@@ -237,8 +237,7 @@ Unknown inertia_of_deformation(const CutBeam& beam, const PartWork& part) {
   const Vec3 w = part.V.tail<3>(), turning = part.A.tail<3>();
   const auto along = [&](size_t k) {
     const Vec3 d = beam.place[k] - Vec3(beam.x[k], 0.0, 0.0);
-    return Vec3(-beam.mass_per_length *
-                (w.cross(Vec3(w.cross(beam.place[k]))) + 2.0 * w.cross(Vec3(beam.phi[k] * part.qd)) + turning.cross(d)));
+    return Vec3(-beam.mass_per_length * (w.cross(Vec3(w.cross(beam.place[k]))) + 2.0 * w.cross(beam.shift(k, 1)) + turning.cross(d)));
   };
   Vec3 f = Vec3::Zero(), m = Vec3::Zero(), right = along(n - 1);
   for (size_t k = n - 1; k > 0; --k) {
@@ -247,8 +246,7 @@ Unknown inertia_of_deformation(const CutBeam& beam, const PartWork& part) {
     m += arm.cross(f) + arm.cross(Vec3(dx * (left / 6.0 + right / 3.0)));
     f += 0.5 * dx * (left + right);
     out.force[k - 1] = {f.x(), m.y(), m.z()};
-    out.potential +=
-        0.25 * dx * (left.tail<2>().dot((beam.phi[k - 1] * part.q).tail<2>()) + right.tail<2>().dot((beam.phi[k] * part.q).tail<2>()));
+    out.potential += 0.25 * dx * (left.tail<2>().dot(beam.shift(k - 1, 0).tail<2>()) + right.tail<2>().dot(beam.shift(k, 0).tail<2>()));
     right = left;
   }
   return out;
@@ -264,7 +262,7 @@ void LeftOut::strains_of_second_order(const System& system, const CutBeam& beam,
   const bool stiffening = item.effect == "stiffening";
   out.assign(2 * (beam.x.size() - 1), {});
   if (part.q.size() == 0) return;
-  const Unknown unknown = stiffening ? forces_beside_axis(beam, part.q) : inertia_of_deformation(beam, part);
+  const Unknown unknown = stiffening ? forces_beside_axis(beam) : inertia_of_deformation(beam, part);
   // What is bent further is loaded further: the linear answer over 1 - P/Pcr.
   const double stored = strain_energy(model_.parts[beam.part].body, part.q);
   const double share = stored > 0.0 ? unknown.potential / stored : 0.0, further = 1.0 / (1.0 - std::min(share, 0.9));
@@ -279,7 +277,7 @@ void LeftOut::strains_of_second_order(const System& system, const CutBeam& beam,
     out[k].strain << out[k].force[0] / (E * def.section.area), 0.0, 0.0, 0.0, out[k].force[4] / (E * def.section.iy),
         out[k].force[5] / (E * def.section.iz);
     // What the deflection shortens.
-    if (stiffening) out[k].strain[0] -= 0.5 * (beam.psi[at] * part.q).tail<2>().squaredNorm();
+    if (stiffening) out[k].strain[0] -= 0.5 * beam.turn(at, 0).tail<2>().squaredNorm();
   }
 }
 
@@ -290,14 +288,14 @@ double LeftOut::energy_between(const Strained& left, const Strained& right, doub
           0.5 * (left.strain.dot(right.force) + right.strain.dot(left.force)));
 }
 
-// Strains of first order at both ends of every interval of a beam that lacks them.
-void LeftOut::strains_of_first_order(const CutBeam& beam, const Item& item, std::vector<Strained>& out) const {
+// Strains of first order at both ends of every interval of a beam that lacks them, by the forces there.
+void LeftOut::strains_of_first_order(int body, const BothEnds& forces, const Item& item, std::vector<Strained>& out) const {
   const char* other = item.effect == "bending_xy" ? "bending_xz" : item.effect == "bending_xz" ? "bending_xy" : "";
-  const bool other_bends = on(model_.effects, scene_.bodies[beam.body].name, other);
-  const BeamDef& def = beam_of(scene_, beam.body);
+  const bool other_bends = on(model_.effects, scene_.bodies[body].name, other);
+  const BeamDef& def = beam_of(scene_, body);
   out.clear();
-  for (size_t k = 0; k + 1 < beam.x.size(); ++k)
-    for (const Vec6& F : {beam.left[k], beam.right[k]}) out.push_back({missing_strain(def, item.effect, other_bends, F), F});
+  for (size_t k = 0; k < forces[0].size(); ++k)
+    for (const Vec6& F : {forces[0][k], forces[1][k]}) out.push_back({missing_strain(def, item.effect, other_bends, F), F});
 }
 
 LeftOut::Moved LeftOut::strained(const System& system, Item& item) const {
@@ -311,7 +309,7 @@ LeftOut::Moved LeftOut::strained(const System& system, Item& item) const {
     const CutBeam& beam = sections_.beams()[b];
     if (std::find(item.bodies.begin(), item.bodies.end(), beam.body) == item.bodies.end()) continue;
     if (second_order) strains_of_second_order(system, beam, item, at);
-    else strains_of_first_order(beam, item, at);
+    else strains_of_first_order(beam.body, {beam.left, beam.right}, item, at);
     std::vector<Vec6>& moved = out[b];
     moved.assign(beam.x.size(), Vec6::Zero());
     for (size_t k = 0; k + 1 < beam.x.size(); ++k) {

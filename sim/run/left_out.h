@@ -16,6 +16,7 @@
 #include "sim/results/outputs.h"
 #include "sim/time/system.h"
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -72,6 +73,9 @@ class LeftOut {
   // Sections' displacements and rotations relative to the part's root, in its axes: a beam part of sections_, a place.
   using Moved = std::vector<std::vector<Vec6>>;
 
+  // Of a beam's section forces (CutBeam::left, right).
+  using BothEnds = std::array<std::vector<Vec6>, 2>;
+
   // What the mechanism vibrates in at a look: its modes, by the stiffness of its bodies.
   struct Vibrations {
     VecX frequencies;               // rad/s, ascending
@@ -82,7 +86,7 @@ class LeftOut {
 
   Moved strained(const System& system, Item& item) const;
   static double energy_between(const Strained& left, const Strained& right, double dx);
-  void strains_of_first_order(const CutBeam& beam, const Item& item, std::vector<Strained>& out) const;
+  void strains_of_first_order(int body, const BothEnds& forces, const Item& item, std::vector<Strained>& out) const;
   void strains_of_second_order(const System& system, const CutBeam& beam, Item& item, std::vector<Strained>& out) const;
   void displace_frames(const Moved& moved);
   void restore_frames();
@@ -92,7 +96,7 @@ class LeftOut {
   void follow(const System& system, Item& item, const VecX& rest);
   void follow_deformation(const System& system);
   void look_at_vibrations(System& system, double t, const VecX& y, const VecX& rest);
-  double energy_without(const Item& item, const std::vector<CutBeam>& before) const;
+  double energy_without(const Item& item, const std::vector<BothEnds>& changes) const;
   // What an item moves the columns of the outputs by, in their units, as it slows the mechanism's vibrations down over so many seconds.
   VecX slowed_vibrations(size_t item, double duration) const;
   // Whether the run has outputs that a look does not judge.

@@ -24,15 +24,14 @@ bool is_of_second_order(const std::string& effect) { return effect == "stiffenin
 
 }  // namespace
 
-// Energy of the item's strains under the change of the section forces since `before`, J.
-double LeftOut::energy_without(const Item& item, const std::vector<CutBeam>& before) const {
+// Energy of the item's strains under changes of the section forces, J.
+double LeftOut::energy_without(const Item& item, const std::vector<BothEnds>& changes) const {
   double energy = 0.0;
   std::vector<Strained> at;
-  for (size_t b = 0; b < before.size(); ++b) {
-    CutBeam beam = sections_.beams()[b];
+  for (size_t b = 0; b < changes.size(); ++b) {
+    const CutBeam& beam = sections_.beams()[b];
     if (std::find(item.bodies.begin(), item.bodies.end(), beam.body) == item.bodies.end()) continue;
-    for (size_t k = 0; k < beam.left.size(); ++k) beam.left[k] -= before[b].left[k], beam.right[k] -= before[b].right[k];
-    strains_of_first_order(beam, item, at);
+    strains_of_first_order(beam.body, changes[b], item, at);
     for (size_t k = 0; k + 1 < beam.x.size(); ++k) energy += energy_between(at[2 * k], at[2 * k + 1], beam.x[k + 1] - beam.x[k]);
   }
   return energy;
@@ -61,7 +60,9 @@ void LeftOut::look_at_vibrations(System& system, double t, const VecX& y, const 
   }
   try {
     const StructuralVibrations modes = structural_vibrations(structural_matrices(system.model, system.work, directions));
-    const std::vector<CutBeam> before = sections_.beams();
+    std::vector<BothEnds> before;
+    for (const CutBeam& beam : sections_.beams()) before.push_back({beam.left, beam.right});
+    std::vector<BothEnds> changes = before;
     Vibrations found;
     found.frequencies = modes.frequencies;
     found.by_rate = modes.amounts * rate;
@@ -94,10 +95,15 @@ void LeftOut::look_at_vibrations(System& system, double t, const VecX& y, const 
       update_system_accelerations(system);
       compute_reactions(system.model, system.work, reactions_);
       sections_.evaluate(system.model, system.work, reactions_);
+      for (size_t b = 0; b < before.size(); ++b)
+        for (size_t k = 0; k < before[b][0].size(); ++k) {
+          changes[b][0][k] = sections_.beams()[b].left[k] - before[b][0][k];
+          changes[b][1][k] = sections_.beams()[b].right[k] - before[b][1][k];
+        }
       const double stored = 0.5 * step * step * omega * omega;
       for (size_t i = 0; i < items_.size(); ++i)
         if (!is_of_second_order(items_[i].effect))
-          found.slowed(static_cast<Eigen::Index>(i), j) = 1.0 - 1.0 / std::sqrt(1.0 + energy_without(items_[i], before) / stored);
+          found.slowed(static_cast<Eigen::Index>(i), j) = 1.0 - 1.0 / std::sqrt(1.0 + energy_without(items_[i], changes) / stored);
       if (assemble(system)) found.reach.col(j) = (outputs(rest.data()) - rest) / step;
     }
     vibrations_.push_back(std::move(found));
