@@ -107,6 +107,8 @@ Search::Search(const Scene& scene, const SimulateOptions& options) : scene_(scen
   unsolved.simulation.static_start = false;
   const System system = make_system(unsolved);
   states = effect_states(scene_, system.model);
+  for (const Note& n : system.notes.all())
+    if (n.severity == Severity::warning) warnings.push_back(n);
   method = options.method;
   touches = has_events(system);
   cheap_ = system.plane || matrix_is_cheap(system);
@@ -171,17 +173,28 @@ bool Search::lacks_shear(size_t body, int modes) const {
 // A moment on a beam, of a spring, a stop or friction in a joint's free direction too, turns its sections at once, of which n modes lack
 // 1/n. With the shapes of its inertia beside them more modes hardly bring it, so that two runs do not see it: flap on a stop, 12
 // modes, 3.6e-2 of the turn, of which 16 bring 1e-4; 2.4e-4 with the shapes of forces at rest. Beam on a sprung hinge, asked for 0.1 and
-// 0.01: 0.21 and 0.07 off, told as 0.08 and 0.03; 1.3e-3 and 1.1e-3 with these.
+// 0.01: 0.21 and 0.07 off, told as 0.08 and 0.03; 1.3e-3 and 1.1e-3 with these. A torque at the hinge about which its beam turns
+// is balanced by the inertia of that turning, whose shape is there; in mechanisms of several bodies, whose estimates count twice, that does
+// (crank of the slider-crank).
 bool Search::takes_moments(size_t body) const {
   const std::string& name = scene_.bodies[body].name;
   const auto at_joint = [&](const JointDef& j) {
     return (j.spring || j.stop || j.friction) && (j.parent.body == name || j.child.body == name);
   };
   const auto turns = [&](const ForceDef& f) {
-    return traits(f.kind).moment && (f.on.body == name || (traits(f.kind).between && f.from.body == name));
+    return traits(f.kind).moment && !(bodies_.size() > 1 && turns_hinge(f)) &&
+           (f.on.body == name || (traits(f.kind).between && f.from.body == name));
   };
   return std::any_of(scene_.joints.begin(), scene_.joints.end(), at_joint) ||
          std::any_of(scene_.forces.begin(), scene_.forces.end(), turns);
+}
+
+// A torque on a beam at the hinge about which it turns.
+bool Search::turns_hinge(const ForceDef& force) const {
+  const auto place = [](const FrameRef& f) { return f.frame.empty() ? "root" : f.frame; };
+  return force.kind == ForceKind::torque && std::any_of(scene_.joints.begin(), scene_.joints.end(), [&](const JointDef& j) {
+           return j.kind == JointKind::revolute && j.child.body == force.on.body && place(j.child) == place(force.on);
+         });
 }
 
 bool Search::bends_in_space(size_t body) const {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "sim/base/cpu_clock.h"
+#include "sim/base/notes.h"
 #include "sim/run/effect_report.h"
 #include "sim/time/system.h"
 
@@ -101,7 +102,8 @@ class Search {
   std::vector<std::string> describe(const Scene& chosen, double tolerance) const;
 
   std::vector<EffectState> states;
-  bool elastic = false;  // a body deforms, whether its resolution may be chosen or not
+  std::vector<Note> warnings;  // of the scene as it is built: no setting takes them away
+  bool elastic = false;        // a body deforms, whether its resolution may be chosen or not
   // Outputs are forces, accelerations or stresses. What modes lack of these falls as 1/n, of which twice as many see a part only, unless
   // the shapes of forces at rest stand beside them (reaction of an arm that starts up: 0.08 and 0.03 with 16 and 48 modes, 4e-5 with
   // three and these).
@@ -133,6 +135,7 @@ class Search {
   void keep(const Resolvable& body, int modes, int more, BeamDef& beam) const;
   bool lacks_shear(size_t body, int modes) const;
   bool takes_moments(size_t body) const;
+  bool turns_hinge(const ForceDef& force) const;
   bool bends_in_space(size_t body) const;
 };
 

@@ -77,6 +77,7 @@ class Straight {
   std::optional<Finished> follow_vibrations(double within);
   std::optional<Finished> followed(double within) const;
   bool check(Finished& f);
+  bool warned(const Notes& notes, bool misfits = true) const;
   double price_of_volumes(const Finished& f) const;
   double energy_share() const;
   VecX sizes_of(const Histories& h) const;
@@ -346,7 +347,7 @@ bool Straight::check(Finished& f) {
   SolverStatistics& s = f.results.statistics;
   const Histories whole = to_histories(f.results);
   s.error_estimate = f.error;
-  if (s.notes.has(Severity::warning)) return false;
+  if (warned(s.notes)) return false;
   warn_of_coarse_beams(coarse_beams(f.scene, run_.effects, f.results), 0.5 * t_.accuracy, s.notes);
   ModelCheckOptions models;
   models.asked = t_.accuracy;
@@ -386,14 +387,18 @@ bool Straight::check(Finished& f) {
   if (bending_.elements == 0) bending_.share *= bending_margin;
   f.space = std::hypot(f.space, bending_.share);
   f.error = s.error_estimate = std::hypot(f.error, bending_.share);
-  return !s.notes.has(Severity::warning);
+  return !warned(s.notes);
 }
 
-// Whether nothing is warned of but eigenforms that are those of other ends, as the scene lists them: more of them, which is what a search
-// has, would not fit either.
-bool only_misfits(const Notes& notes) {
-  return std::all_of(notes.all().begin(), notes.all().end(),
-                     [](const Note& n) { return n.severity != Severity::warning || n.text.starts_with(misfit_words); });
+// Whether something is warned of that another setting may take away (mast of an L section, whose shear centre the model does not know: its
+// search took 500 times the run and warned of the same). misfits: eigenforms that are those of other ends, as the scene lists them, count:
+// more of them, which is what a search has, would not fit either.
+bool Straight::warned(const Notes& notes, bool misfits) const {
+  const std::vector<Note>& of_scene = t_.search.warnings;
+  return std::any_of(notes.all().begin(), notes.all().end(), [&](const Note& n) {
+    return n.severity == Severity::warning && (misfits || !n.text.starts_with(misfit_words)) &&
+           std::find(of_scene.begin(), of_scene.end(), n) == of_scene.end();
+  });
 }
 
 std::vector<std::string> Straight::described() const {
@@ -433,7 +438,7 @@ std::optional<Finished> Straight::finish_as_written() {
   f.results = run_.results;
   report_left_out(f.scene, run_.left_out, t_.accuracy, f.results.statistics);
   report_left_out(f.scene, run_.second_order, t_.accuracy, f.results.statistics);
-  if (!check(f) && !only_misfits(f.results.statistics.notes)) return std::nullopt;
+  if (!check(f) && warned(f.results.statistics.notes, false)) return std::nullopt;
   if (f.error > t_.accuracy) return std::nullopt;
   return f;
 }
