@@ -149,7 +149,7 @@ double ExponentialSolver::fastest(const MatX& A, const MatX& B) const {
   }
   double square = 0.0;
   for (int k = 0; k < 3; ++k) {
-    const VecX next = A * probe_;
+    const VecX next = times(A, probe_);
     const double size = next.norm();
     square = size / probe_.norm();
     if (!(size > 0.0) || !std::isfinite(square)) {
@@ -162,13 +162,13 @@ double ExponentialSolver::fastest(const MatX& A, const MatX& B) const {
   return std::max(std::sqrt(square), std::sqrt(A.diagonal().cwiseAbs().maxCoeff())) + B.diagonal().cwiseAbs().maxCoeff();
 }
 
-VecX ExponentialSolver::LinearModel::directions(const VecX& q) const {
+VecX ExponentialSolver::LinearModel::directions(const Eigen::Ref<const VecX>& q) const {
   VecX out = VecX::Zero(P.rows);
   P.add_product(1.0, q.data(), out.data());
   return out;
 }
 
-VecX ExponentialSolver::LinearModel::coordinates(const VecX& p) const {
+VecX ExponentialSolver::LinearModel::coordinates(const Eigen::Ref<const VecX>& p) const {
   VecX out = VecX::Zero(T.rows);
   T.add_product(1.0, p.data(), out.data());
   return out;
@@ -179,7 +179,9 @@ void ExponentialSolver::LinearModel::write_amounts(const double* w, double* out)
   else multiply(modes.gauges, w, out);
 }
 
-VecX ExponentialSolver::LinearModel::of_amounts(const VecX& amounts) const { return plain ? amounts : times(modes.shapes, amounts); }
+VecX ExponentialSolver::LinearModel::of_amounts(const Eigen::Ref<const VecX>& amounts) const {
+  return plain ? VecX(amounts) : times(modes.shapes, amounts);
+}
 
 // For steps of h seconds: from those of the model before where they are close, else anew; none where there is no whole set of them.
 void ExponentialSolver::set_modes(LinearModel& m, double h) {
@@ -246,7 +248,7 @@ void ExponentialSolver::remove_oscillation(const LinearModel& m, const Parabola&
       dp[k] = dw[k] = 0.0;
       continue;
     }
-    const double share = 1.0 / (1.0 + std::pow(most / x, 8));
+    const double square = (most / x) * (most / x), fourth = square * square, share = 1.0 / (1.0 + fourth * fourth);
     dp[k] = share * (dp[k] - g[k] / (f * f));
     dw[k] = share * (dw[k] - gr[k] / (f * f));
   }

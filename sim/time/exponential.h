@@ -64,11 +64,11 @@ class ExponentialSolver {
     // Of A. Where steps are too short for anything to be followed apart those of a model before, and amounts are w and p themselves.
     Modes modes;
     bool plain = false;
-    MatX moves;                                              // q by amounts of p
-    VecX directions(const VecX& q) const;                    // P q
-    VecX coordinates(const VecX& p) const;                   // T p
-    void write_amounts(const double* w, double* out) const;  // of w or p
-    VecX of_amounts(const VecX& amounts) const;
+    MatX moves;                                               // q by amounts of p
+    VecX directions(const Eigen::Ref<const VecX>& q) const;   // P q
+    VecX coordinates(const Eigen::Ref<const VecX>& p) const;  // T p
+    void write_amounts(const double* w, double* out) const;   // of w or p
+    VecX of_amounts(const Eigen::Ref<const VecX>& amounts) const;
   };
   // Coefficients of the powers of (time since start) / length of the amounts (modes.h) of w and p = P (q - q*), one under the other as
   // power_series.h has them.

@@ -84,7 +84,7 @@ bool invert_better(Modes& m) {
 
 }  // namespace
 
-VecX times(const MatX& A, const VecX& x) {
+VecX times(const MatX& A, const Eigen::Ref<const VecX>& x) {
   VecX y(A.rows());
   multiply(A, x.data(), y.data());
   return y;

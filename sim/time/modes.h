@@ -16,7 +16,7 @@ struct Modes {
 };
 
 // A x; for tens of rows a general library takes twice as long.
-VecX times(const MatX& A, const VecX& x);
+VecX times(const MatX& A, const Eigen::Ref<const VecX>& x);
 
 // Shapes and gauges of A by its eigenvectors (real and imaginary parts of complex ones); false where there are no n independent ones.
 bool find_modes(const MatX& A, Modes& modes);

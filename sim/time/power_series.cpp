@@ -86,13 +86,13 @@ inline __attribute__((always_inline)) int expand_by(const PowerSeries& s, int mo
       p *= factor;
       std::memcpy(to + s.rows + j, &p, sizeof(V));
     }
-    bool all_small = true, finite = true;
-    for (int j = 0; j < lanes; ++j) {
-      all_small = all_small && largest[j] < s.negligible;
-      finite = finite && largest[j] < 1e300;
+    double sum = largest[0], most = largest[0];
+    for (int j = 1; j < lanes; ++j) {
+      sum += largest[j];
+      most = largest[j] > most ? largest[j] : most;
     }
-    if (!finite) return 0;
-    small = all_small ? small + 1 : 0;
+    if (!(sum < 1e300)) return 0;
+    small = most < s.negligible ? small + 1 : 0;
     if (small >= 2 && k >= 3) return k + 2;
   }
   return 0;
