@@ -151,8 +151,8 @@ void warn_of_fast_turns(const sim::Results& results, const Samples& samples, std
         (angle.tail(n) - angle.head(n)).cwiseQuotient(t.tail(n) - t.head(n)).cwiseAbs().maxCoeff() / (2.0 * std::numbers::pi);
     if (2.0 * turns > rate)
       warnings.push_back(
-          fmt::format("joint '{}' turns {:.3g} times a second, too fast for {:.4g} samples: what repeats with its turns "
-                      "appears at a lower frequency",
+          fmt::format("joint '{}' turns {:.3g} times a second, too fast for {:.4g} samples a second: what repeats with its turns "
+                      "appears at a lower frequency; take a larger output_rate",
                       joint.name, turns, rate));
   }
 }

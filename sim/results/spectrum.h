@@ -15,9 +15,8 @@ struct Spectrum {
 };
 
 // x: times (s) or turns, ascending; values at each. They are brought to even steps by a cubic through four neighbours, weighted by Hann's
-// window, and transformed: a sine between two lines shows at least 85 % of its amplitude. Lines end where the
-// widest step holds half a period. Throws InputError for fewer than 16 samples or an
-// x that does not ascend.
+// window, and transformed: a sine between two lines shows at least 85 % of its amplitude. Lines end where the widest step holds half a
+// period. Throws InputError for fewer than 16 samples or an x that does not ascend.
 Spectrum amplitude_spectrum(const VecX& x, const VecX& values);
 
 struct SpectralLine {

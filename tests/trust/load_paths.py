@@ -24,7 +24,7 @@ from scipy.linalg import eigvalsh, null_space
 sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).parents[1])]
 from kinds.bent import PLASTIC, RUBBER, SPRING_STEEL  # noqa: E402
 from kinds.plane import bar  # noqa: E402
-from scene import pick  # noqa: E402
+from scene import by_chance, pick  # noqa: E402
 from truths.plane_machine import Machine  # noqa: E402
 
 OFF, LIMIT = 0.01, 0.02
@@ -34,16 +34,14 @@ STEEL = {"E": 2.1e11, "rho": 7850.0, "poisson": 0.3}
 
 def chosen(r):
     """What an author may write of a beam, mostly nothing."""
-    kind = r.random()
-    if kind < 0.5:
-        return ""
-    if kind < 0.65:
-        return f'model = "finite-element"\nelements = {r.randint(4, 20)}'
-    if kind < 0.8:
-        return f'model = "mixed"\nvolumes = {r.randint(2, 6)}'
-    if kind < 0.9:
-        return 'effects = ["axial", "bending_xy", "stiffening"]'
-    return f"keep_modes = {r.randint(2, 6)}"
+    return by_chance(
+        r,
+        (0.5, ""),
+        (0.65, lambda r: f'model = "finite-element"\nelements = {r.randint(4, 20)}'),
+        (0.8, lambda r: f'model = "mixed"\nvolumes = {r.randint(2, 6)}'),
+        (0.9, 'effects = ["axial", "bending_xy", "stiffening"]'),
+        (1.0, lambda r: f"keep_modes = {r.randint(2, 6)}"),
+    )
 
 
 def load(F):

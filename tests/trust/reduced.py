@@ -137,7 +137,7 @@ def main():
     parser.add_argument("--number", type=int)
     args = parser.parse_args()
     if not shutil.which("ccx"):
-        return print("no program ccx: nothing compared")
+        sys.exit("the program ccx is missing (package calculix-ccx): nothing was compared")
     program = str(pathlib.Path(args.program).resolve())
     counts = collections.Counter()
     for number in range(args.count) if args.number is None else [args.number]:

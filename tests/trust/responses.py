@@ -23,7 +23,7 @@ import numpy as np
 sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).parents[1])]
 from kinds.bent import PLASTIC, RUBBER, SPRING_STEEL  # noqa: E402
 from kinds.plane import ALUMINIUM, STEEL, bar  # noqa: E402
-from scene import beam, force, joint, output, pick, rigid, section_of, simulation, sizes, weld  # noqa: E402
+from scene import beam, by_chance, force, joint, output, pick, rigid, section_of, simulation, sizes, weld  # noqa: E402
 from truths.plane_machine import Machine  # noqa: E402
 from truths.small_motion import SmallMotion, of_machine  # noqa: E402
 from truths.space_frame import SpaceFrame, arm, axes_of  # noqa: E402
@@ -36,18 +36,15 @@ G = 9.81
 
 def chosen(r):
     """What an author may write of a beam, mostly nothing."""
-    kind = r.random()
-    if kind < 0.5:
-        return ""
-    if kind < 0.65:
-        return f"elements = {r.randint(2, 20)}"
-    if kind < 0.75:
-        return f'model = "mixed"\nvolumes = {r.randint(2, 6)}'
-    if kind < 0.85:
-        return 'effects = ["axial", "bending_xy"]'
-    if kind < 0.9:
-        return f'model = "lumped"\nelements = {r.randint(4, 30)}'
-    return f"keep_modes = {r.randint(1, 6)}"
+    return by_chance(
+        r,
+        (0.5, ""),
+        (0.65, lambda r: f"elements = {r.randint(2, 20)}"),
+        (0.75, lambda r: f'model = "mixed"\nvolumes = {r.randint(2, 6)}'),
+        (0.85, 'effects = ["axial", "bending_xy"]'),
+        (0.9, lambda r: f'model = "lumped"\nelements = {r.randint(4, 30)}'),
+        (1.0, lambda r: f"keep_modes = {r.randint(1, 6)}"),
+    )
 
 
 class Case:
@@ -479,20 +476,16 @@ def space_frame(r):
 
 
 def chosen_in_space(r):
-    kind = r.random()
-    if kind < 0.5:
-        return ""
-    if kind < 0.65:
-        return f"elements = {r.randint(2, 30)}\n"
-    if kind < 0.8:
-        return 'effects = ["bending_xy", "bending_xz", "axial", "torsion"]\n'
-    if kind < 0.85:
-        return 'effects = ["bending_xy", "bending_xz", "axial", "torsion", "shear"]\n'
-    if kind < 0.9:
-        return f'model = "mixed"\nvolumes = {r.randint(2, 5)}\n'
-    if kind < 0.95:
-        return f"keep_modes = {r.randint(1, 6)}\n"
-    return 'model = "modal"\nmodes = { bending_xy = [1, 2, 3], bending_xz = [1, 2, 3], axial = [1], torsion = [1] }\n'
+    return by_chance(
+        r,
+        (0.5, ""),
+        (0.65, lambda r: f"elements = {r.randint(2, 30)}\n"),
+        (0.8, 'effects = ["bending_xy", "bending_xz", "axial", "torsion"]\n'),
+        (0.85, 'effects = ["bending_xy", "bending_xz", "axial", "torsion", "shear"]\n'),
+        (0.9, lambda r: f'model = "mixed"\nvolumes = {r.randint(2, 5)}\n'),
+        (0.95, lambda r: f"keep_modes = {r.randint(1, 6)}\n"),
+        (1.0, 'model = "modal"\nmodes = { bending_xy = [1, 2, 3], bending_xz = [1, 2, 3], axial = [1], torsion = [1] }\n'),
+    )
 
 
 def block(r):

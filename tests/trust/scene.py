@@ -45,6 +45,13 @@ def pick(r, *choices):
     return choices[r.randrange(len(choices))]
 
 
+def by_chance(r, *choices):
+    """The text of the first (below, text) that a number from 0 to 1 lies below; `text` may be a function of r."""
+    chance = r.random()
+    text = next(text for below, text in choices if chance < below)
+    return text(r) if callable(text) else text
+
+
 def material(m):
     return f"{{ density = {m['rho']!r}, youngs_modulus = {m['E']!r}, poisson = {m['poisson']!r} }}"
 

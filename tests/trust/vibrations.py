@@ -20,7 +20,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).parents[1])]
-from scene import beam, force, output, pick, rigid, section_of, simulation, sizes, weld  # noqa: E402
+from scene import beam, by_chance, force, output, pick, rigid, section_of, simulation, sizes, weld  # noqa: E402
 from truths.space_frame import SpaceFrame, axes_of  # noqa: E402
 
 OFF, AMPLITUDE, FIRST = 0.015, 0.03, 6
@@ -28,16 +28,14 @@ OFF, AMPLITUDE, FIRST = 0.015, 0.03, 6
 
 def chosen(r):
     """What an author may write of a beam, mostly nothing."""
-    kind = r.random()
-    if kind < 0.5:
-        return ""
-    if kind < 0.65:
-        return f"elements = {r.randint(2, 30)}\n"
-    if kind < 0.8:
-        return 'effects = ["bending_xy", "bending_xz", "axial", "torsion"]\n'
-    if kind < 0.9:
-        return 'effects = ["bending_xy", "bending_xz", "axial", "torsion", "shear"]\n'
-    return f"elements = 20\nkeep_modes = {r.randint(2, 8)}\n"
+    return by_chance(
+        r,
+        (0.5, ""),
+        (0.65, lambda r: f"elements = {r.randint(2, 30)}\n"),
+        (0.8, 'effects = ["bending_xy", "bending_xz", "axial", "torsion"]\n'),
+        (0.9, 'effects = ["bending_xy", "bending_xz", "axial", "torsion", "shear"]\n'),
+        (1.0, lambda r: f"elements = 20\nkeep_modes = {r.randint(2, 8)}\n"),
+    )
 
 
 class Frame:
