@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace flexframe::sim {
 
@@ -76,18 +77,24 @@ double chord_length(const BeamDef& beam, int k) {
   return (beam.axis->at(from + piece_length(beam, k)).place - beam.axis->at(from).place).norm();
 }
 
-}  // namespace
-
-Pose chord_pose(const BeamDef& beam, int k) {
+// carried: not beyond the middle of the piece.
+Pose chord_pose(const BeamDef& beam, int k, Carried& carried) {
   const double from = piece_start(beam, k), length = piece_length(beam, k);
   const Vec3 a = beam.axis->at(from).place, b = beam.axis->at(from + length).place, along = (b - a).normalized();
   Vec3 beside = Vec3::Zero();
   for (const auto& [share, weight] : {std::pair{0.25, 1.0 / 3.0}, {0.5, 1.0 / 6.0}, {0.75, 1.0 / 3.0}})
     beside += weight * (beam.axis->at(from + share * length).place - a - share * (b - a));
   Pose out;
-  out.R = Carried(*beam.axis).chord(from + 0.5 * length, b - a);
+  out.R = carried.chord(from + 0.5 * length, b - a);
   out.p = a + beside - beside.dot(along) * along;
   return out;
+}
+
+}  // namespace
+
+Pose chord_pose(const BeamDef& beam, int k) {
+  Carried carried(*beam.axis);
+  return chord_pose(beam, k, carried);
 }
 
 double piece_start(const BeamDef& beam, int k) {
@@ -123,6 +130,16 @@ Pose piece_pose(const BeamDef& beam, int k) {
   if (beam.axis) return chord_pose(beam, k);
   Pose out;
   out.p.x() = piece_start(beam, k);
+  return out;
+}
+
+std::vector<Pose> piece_poses(const BeamDef& beam) {
+  std::vector<Pose> out(piece_count(beam));
+  std::optional<Carried> carried;
+  if (beam.axis) carried.emplace(*beam.axis);
+  for (int k = 0; k < piece_count(beam); ++k)
+    if (carried) out[k] = chord_pose(beam, k, *carried);
+    else out[k].p.x() = piece_start(beam, k);
   return out;
 }
 

@@ -5,6 +5,7 @@
 #include "sim/scene/scene.h"
 
 #include <utility>
+#include <vector>
 
 namespace flexframe::sim {
 
@@ -23,8 +24,9 @@ Section section_at(const BeamDef& beam, double s);
 // Pose of piece k of a curved beam in the body's frame, in whose axes the curve is given. It is straight: along its chord, as far beside
 // that as the curve is on the average (Simpson's rule, exact for a parabola), so that forces have their true levers.
 Pose chord_pose(const BeamDef& beam, int k);
-// Undeformed pose of a piece in the body's frame.
+// Undeformed pose of a piece in the body's frame; of all of them.
 Pose piece_pose(const BeamDef& beam, int k);
+std::vector<Pose> piece_poses(const BeamDef& beam);
 // How the tangent frame of a curved beam at x/L = s is turned against piece k: x along the curve, y carried along it without twist.
 Mat3 tangent_in_piece(const BeamDef& beam, int k, double s);
 // Place of the axis at x/L = s in the body's frame, m.

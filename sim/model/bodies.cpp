@@ -324,12 +324,13 @@ std::vector<ChainJoint> make_parts(Model& model, const Scene& scene) {
     const BodyDef& def = scene.bodies[b];
     const auto* beam = std::get_if<BeamDef>(&def.kind);
     const int pieces = beam ? piece_count(*beam) : 1;
+    const std::vector<Pose> poses = beam ? piece_poses(*beam) : std::vector<Pose>{};
     for (int k = 0; k < pieces; ++k) {
       Part part;
       part.name = pieces > 1 ? fmt::format("{}[{}]", def.name, k) : def.name;
       part.scene_body = static_cast<int>(b);
       part.piece = k;
-      if (beam) part.rest_in_body = piece_pose(*beam, k);
+      if (beam) part.rest_in_body = poses[k];
       if (const auto* rigid = std::get_if<RigidDef>(&def.kind)) part.body = rigid_body(*rigid);
       if (const auto* space = std::get_if<StateSpaceDef>(&def.kind)) {
         try {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -33,9 +34,11 @@ std::vector<double> spline_curvatures(const std::vector<double>& x, const std::v
   std::vector<double> h(n), slope(n);
   for (size_t i = 0; i < n; ++i) h[i] = x[i + 1] - x[i], slope[i] = (y[i + 1] - y[i]) / h[i];
   std::vector<double> m(n + 1, 0.0);
+  if (closed && n < 3) throw InputError(fmt::format("a periodic table needs three points or more in its period, found {}", n));
+  // The third number of a plane curve.
+  if (std::all_of(y.begin(), y.end(), [&](double value) { return value == y.front(); })) return m;
   if (closed) {
     // Cyclic: n unknowns by Sherman and Morrison's rank-one update of a tridiagonal matrix.
-    if (n < 3) throw InputError(fmt::format("a periodic table needs three points or more in its period, found {}", n));
     std::vector<double> lower(n), diagonal(n), upper(n), rhs(n);
     for (size_t i = 0; i < n; ++i) {
       const size_t before = i == 0 ? n - 1 : i - 1;

@@ -118,9 +118,10 @@ bool StaticProblem::evaluate(const std::vector<VecX>* elastic, VecX& f) {
   // Where nothing moves, no elastic coordinate accelerates either.
   const bool moves =
       std::any_of(work.motion.begin(), work.motion.end(), [](const TimeJet& jet) { return jet.rate != 0.0 || jet.acceleration != 0.0; });
+  const bool idle = !moves && work.w.isZero(0.0) && !weighs(model);
   try {
-    if (weighed.empty()) update_positions(model, work, moves);
-    else update_moved(model, moves, stands && !moves && !weighs(model), weighed, work);
+    if (weighed.empty() && !idle) update_positions(model, work, moves);
+    else update_moved(model, moves, idle, weighed, work);
     if (moves || !stands) update_velocities(model, work);
     rest_forces(model, work, elastic, rest);
   } catch (const SimulationError&) {

@@ -40,6 +40,35 @@ constexpr double rounding_of_stiffness = 1e-12;
 // Of the softest: a step by the symmetric part of such a stiffness errs by less than its differences do.
 constexpr double symmetric_to = 1e-6;
 
+// Of so many rows at most a factor is made by the house's kernel, which needs less than half of a library's time there but does not go
+// through large ones block by block.
+constexpr Eigen::Index most_rows = 500;
+
+// A = L L^T of a symmetric matrix, if it is positive definite.
+class Definite {
+ public:
+  // False where it is not.
+  bool make(const MatX& A) {
+    if (A.rows() <= most_rows) return cholesky(A, L_);
+    large_.emplace(A);
+    return large_->info() == Eigen::Success;
+  }
+  void solve(const VecX& b, VecX& x) const {
+    if (large_) {
+      x = large_->solve(b);
+      return;
+    }
+    x = b;
+    sim::solve(L_, x.data());
+  }
+
+ private:
+  MatX L_;
+  std::optional<Cholesky> large_;
+};
+
+bool is_definite(const MatX& A) { return Definite().make(A); }
+
 bool same_directions(const std::vector<Direction>& a, const std::vector<Direction>& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Direction& x, const Direction& y) { return x.v == y.v; });
 }
@@ -48,7 +77,7 @@ bool same_directions(const std::vector<Direction>& a, const std::vector<Directio
 class Factors {
  public:
   // definite: the factors of its symmetric part S, if they are known; they serve where K is symmetric. False where it is singular.
-  bool make(const MatX& K, const MatX& S, double damping, std::optional<Cholesky> definite) {
+  bool make(const MatX& K, const MatX& S, double damping, std::optional<Definite> definite) {
     if (definite && (K - S).cwiseAbs().maxCoeff() <= symmetric_to * S.diagonal().cwiseAbs().minCoeff()) {
       definite_ = std::move(definite);
       return true;
@@ -57,12 +86,12 @@ class Factors {
     return factorise(lu_, order_) > 0.0;
   }
   void solve(const VecX& b, VecX& x) const {
-    if (definite_) x = definite_->solve(b);
+    if (definite_) definite_->solve(b, x);
     else sim::solve(lu_, order_, b.data(), x.data());
   }
 
  private:
-  std::optional<Cholesky> definite_;
+  std::optional<Definite> definite_;
   MatX lu_;
   std::vector<int> order_;
 };
@@ -96,10 +125,9 @@ Found search(StaticProblem& p, const Sought& what, Way way, StaticSolution& out)
     ++out.iterations;
     const MatX S = 0.5 * (K + K.transpose());
     const double stiffest = std::max(S.diagonal().cwiseAbs().maxCoeff(), p.rest.scale / p.model.size);
-    std::optional<Cholesky> definite;  // the factors of S with its damping
+    std::optional<Definite> definite;  // the factors of S with its damping
     for (int attempt = 0; way == Way::downhill && attempt < 60; ++attempt) {
-      definite.emplace(S + damping * MatX::Identity(n, n));
-      if (definite->info() == Eigen::Success) break;
+      if (definite.emplace().make(S + damping * MatX::Identity(n, n))) break;
       definite.reset();
       damping = std::max(10.0 * damping, rounding_of_stiffness * stiffest);
       // What turns freely has no stiffness but its rounding, of either sign.
@@ -235,7 +263,7 @@ Stability find_stability(StaticProblem& p, const Sought& what, MatX tangent = {}
   if (is_conservative(p) && made() && K.diagonal().minCoeff() > 0.0) {
     const VecX unit = K.diagonal().cwiseSqrt().cwiseInverse();
     const MatX S = unit.asDiagonal() * (0.5 * (K + K.transpose())) * unit.asDiagonal() - 1e-4 * MatX::Identity(K.rows(), K.cols());
-    if (Cholesky(S).info() == Eigen::Success) return {};
+    if (is_definite(S)) return {};
   }
   if (p.sought.size() == all && all <= 300) {
     System system;
@@ -335,7 +363,7 @@ bool rests_without_loads(StaticProblem& p, const Sought& what, const VecX& start
   MatX K;
   p.find_directions(what);
   const bool at_rest = p.evaluate(nullptr, f) && p.stiffness(K) && f.norm() * 1e-3 <= 1e-9 * K.norm() * p.model.size &&
-                       Cholesky(0.5 * (K + K.transpose())).info() == Eigen::Success;
+                       is_definite(0.5 * (K + K.transpose()));
   p.load(1.0);
   p.work.q = q;
   return at_rest;

@@ -21,6 +21,7 @@
 #include "tests/bench/cpu.h"
 
 #include <fmt/format.h>
+#include <malloc.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -138,6 +139,10 @@ int main(int count, char** words) {
     else if (std::string_view(words[i]) == "--setup") setup = true;
     else scenes.emplace_back(words[i]);
   }
+  // Memory as the program has it (tune_process in render/draw): large matrices stay in the heap.
+  mallopt(M_MMAP_THRESHOLD, 1 << 30);
+  mallopt(M_TRIM_THRESHOLD, 1 << 30);
+  mallopt(M_TOP_PAD, 64 << 20);
   if (setup) {
     for (const std::string& file : scenes) set_up(file, std::max(1L, runs));
     return 0;
