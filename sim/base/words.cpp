@@ -10,6 +10,69 @@ namespace {
 
 char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
 
+// Words of textbooks and other programs, and what is called so here. Where several are, the first one that is known.
+struct OtherWord {
+  std::string_view word, ours;
+};
+constexpr OtherWord other_words[]{
+    // joints
+    {"fixed", "weld"},
+    {"rigid", "weld"},
+    {"clamp", "weld"},
+    {"hinge", "revolute"},
+    {"pin", "revolute"},
+    {"continuous", "revolute"},
+    {"rotational", "revolute"},
+    {"slider", "prismatic"},
+    {"sliding", "prismatic"},
+    {"translational", "prismatic"},
+    {"ball", "spherical"},
+    {"cardan", "universal"},
+    {"hooke", "universal"},
+    {"floating", "free"},
+    {"helical", "screw"},
+    // bodies and their matter
+    {"flexible", "beam"},
+    {"elastic", "beam"},
+    {"fe", "finite-element"},
+    {"fem", "finite-element"},
+    {"e", "youngs_modulus"},
+    {"young", "youngs_modulus"},
+    {"modulus", "youngs_modulus"},
+    {"nu", "poisson"},
+    {"poisson_ratio", "poisson"},
+    {"poissons_ratio", "poisson"},
+    {"rho", "density"},
+    {"com", "centre_of_mass"},
+    {"cog", "centre_of_mass"},
+    {"round", "circle"},
+    {"rect", "rectangle"},
+    {"pipe", "tube"},
+    // runs
+    {"t_end", "duration"},
+    {"tend", "duration"},
+    {"end_time", "duration"},
+    {"stop_time", "duration"},
+    {"final_time", "duration"},
+    {"dt", "output_rate"},
+    {"time_step", "output_rate"},
+    {"timestep", "output_rate"},
+    {"step", "output_rate"},
+    {"fps", "frame_rate"},
+    {"rtol", "tolerance"},
+    {"solver", "method"},
+    {"integrator", "method"},
+    {"static_start", "start"},
+    // forces and outputs
+    {"magnitude", "value"},
+    {"amplitude", "value"},
+    {"moment", "torque"},
+    {"spring", "spring-damper"},
+    {"damper", "spring-damper"},
+    {"type", "kind"},
+    {"angle", "value"},
+};
+
 constexpr std::size_t longest_compared = 64;  // names longer than that are no misspelt keys, and the cost is quadratic
 
 // Length of the UTF-8 sequence at the front of `text`, 0 if it is malformed.
@@ -62,7 +125,10 @@ std::string nearest_word(std::string_view word, std::span<const std::string> kno
 }
 
 std::string did_you_mean(std::string_view word, std::span<const std::string> known) {
-  const std::string near = nearest_word(word, known);
+  std::string near = nearest_word(word, known);
+  for (const OtherWord& other : other_words)
+    if (near.empty() && word_distance(word, other.word) == 0 && std::find(known.begin(), known.end(), other.ours) != known.end())
+      near = other.ours;
   return near.empty() ? std::string{} : fmt::format("; did you mean '{}'?", near);
 }
 

@@ -604,6 +604,8 @@ TEST(Words, Distance) {
   EXPECT_EQ(nearest_word("widht", known), "width");
   EXPECT_EQ(nearest_word("colour", known), "");
   EXPECT_EQ(nearest_word(std::string(100000, 'a'), known), "");
+  EXPECT_EQ(did_you_mean("Fixed", std::vector<std::string>{"revolute", "weld"}), "; did you mean 'weld'?");
+  EXPECT_EQ(did_you_mean("fixed", known), "");
   EXPECT_EQ(quote("a\nb\xff\xC3\xBC"), "'a\\x0ab\\xff\xC3\xBC'");
   EXPECT_LT(quote(std::string(1000, 'a')).size(), 80u);
 }
