@@ -8,7 +8,7 @@
 // Flat shells with lumped mass may be as much too low. Measured: REDUCE.md.
 #pragma once
 
-#include "sim/reduce/fe_system.h"
+#include "sim/reduce/fe_solver.h"
 
 #include <optional>
 
@@ -19,6 +19,19 @@ namespace flexframe::sim {
 // can be told (matrices, laminates or springs alone). Solids and shells of large models by a sample of their corners, so that it costs a
 // second or less.
 std::optional<VecX> mesh_error(const FeModel& model, const FeSystem& system, const MatX& U, const VecX& eigenvalues);
+
+// How a model is divided: its supports, how often, and what SparseCholesky asks for.
+struct FeDivision {
+  std::vector<FeConstraint> held;
+  int times = 1;
+  int threads = 1;
+  std::function<void()> ask;
+};
+
+// The same from the model with its elements divided (fe_refine.h), whose modes are compared with these: within a factor of two or so for
+// all kinds of elements, at the price of a model eight times as large. modes: elastic ones, vectors of the whole system, M-orthonormal.
+// nullopt: the model cannot be divided.
+std::optional<VecX> divided_mesh_error(const FeModel& model, const FeSystem& system, const FeModes& modes, const FeDivision& division);
 
 // Share of each mode's energy (as above) that holds hourglass motions of C3D20R and C3D6, which their points do not see: about 1e-3 in
 // sound modes. Where it is larger the frequency is that of the hold, not of the body: loads or supports at single nodes of a single layer.

@@ -4,6 +4,7 @@
 #include "sim/base/eigen_solvers.h"
 #include "sim/base/spatial.h"
 #include "sim/base/wide.h"
+#include "sim/reduce/dense_products.h"
 #include "sim/reduce/fe_attachment.h"
 #include "sim/reduce/fe_elements.h"
 
@@ -557,6 +558,41 @@ MatX rigid_residuals(const FeModel& model, const FeSystem& system, const std::ve
   MatX out(rows.size(), 6);
   for (size_t k = 0; k < rows.size(); ++k) out.row(static_cast<Eigen::Index>(k)) = rows[k].transpose();
   return out;
+}
+
+MatX free_rigid_motions(const FeModel& model, const FeSystem& system, const FeReduced& reduced, const std::vector<FeConstraint>& held) {
+  const MatX R = rigid_motions(model, system);
+  // Translations and rotations alike, so that one tolerance serves.
+  double size = 1e-300;
+  for (const Vec3& x : model.nodes) size = std::max(size, x.norm());
+  const MatX rows = rigid_residuals(model, system, held, size);
+  const MatX G = rows.transpose() * rows;
+  MatX combinations = MatX::Identity(6, 6);
+  if (model.matrices && rows.rows() == 0) {
+    // Supports may be in the matrices: rigid is what costs no energy, against the energy the same motion would have if every unknown moved
+    // alone.
+    MatX unit = R;
+    unit.rightCols(3) /= size;
+    const MatX energy = product_tn(unit, symmetric_product(system.K, unit));
+    const double alone = (system.K.diagonal().transpose() * unit.cwiseAbs2()).maxCoeff();
+    SymmetricEigen eigen(0.5 * (energy + energy.transpose()));
+    int count = 0;
+    while (count < 6 && eigen.eigenvalues()(count) <= 1e-9 * alone) ++count;
+    if (count < 6) combinations = eigen.eigenvectors().leftCols(count);
+    if (count < 6) combinations.bottomRows(3) /= size;
+  } else if (rows.rows() > 0) {
+    // Residuals are of the order of one: where all are rounding nothing is held.
+    SymmetricEigen eigen(G);
+    int count = 0;
+    while (count < 6 && eigen.eigenvalues()(count) <= 1e-10 * std::max(1.0, eigen.eigenvalues()(5))) ++count;
+    combinations = eigen.eigenvectors().leftCols(count);
+    combinations.bottomRows(3) /= size;
+  }
+  MatX full = R * combinations;
+  if (reduced.identity) return full;
+  MatX q(reduced.size(), full.cols());
+  for (int c = 0; c < reduced.size(); ++c) q.row(c) = full.row(reduced.own[c]);
+  return q;
 }
 
 namespace {

@@ -63,6 +63,9 @@ MatX rigid_motions(const FeModel& model, const FeSystem& system);
 // energy of springs to the ground likewise. Both vanish for the rigid motions that the system is free to do.
 MatX rigid_residuals(const FeModel& model, const FeSystem& system, const std::vector<FeConstraint>& held, double size);
 
+// Rigid motions that the reduced system is free to do: combinations of the six that vanish at held motions, free x k.
+MatX free_rigid_motions(const FeModel& model, const FeSystem& system, const FeReduced& reduced, const std::vector<FeConstraint>& held);
+
 // Groups of nodes that nothing connects, by elements, spiders and equations; one part is what a body should be. Of each the count of its
 // nodes and the index of its first; the largest first.
 std::vector<std::pair<int, int>> unconnected_parts(const FeModel& model, const FeSystem& system);

@@ -7,6 +7,7 @@
 #include "sim/reduce/fe_attachment.h"
 #include "sim/reduce/fe_integrals.h"
 #include "sim/reduce/fe_mesh_error.h"
+#include "sim/reduce/fe_refine.h"
 #include "sim/reduce/fe_solver.h"
 #include "sim/reduce/fe_surface.h"
 
@@ -74,42 +75,6 @@ FeModes orthonormal_basis(const FeReduced& system, const MatX& rigid, MatX field
   out.vectors = MatX::Zero(fields.rows(), keep);
   add_product(out.vectors, 1.0, fields, S * ritz.eigenvectors());
   return out;
-}
-
-// Rigid motions that the reduced system is free to do: combinations of the six that vanish at held motions.
-MatX free_rigid(const FeModel& model, const FeSystem& system, const FeReduced& reduced, const std::vector<FeConstraint>& held) {
-  const MatX R = rigid_motions(model, system);
-  // Translations and rotations alike, so that one tolerance serves.
-  double size = 1e-300;
-  for (const Vec3& x : model.nodes) size = std::max(size, x.norm());
-  const MatX rows = rigid_residuals(model, system, held, size);
-  const MatX G = rows.transpose() * rows;
-  MatX combinations = MatX::Identity(6, 6);
-  if (model.matrices && rows.rows() == 0) {
-    // Supports may be in the matrices: rigid is what costs no energy, against the energy the same motion would have if every unknown moved
-    // alone.
-    MatX unit = R;
-    unit.rightCols(3) /= size;
-    const MatX energy = product_tn(unit, symmetric_product(system.K, unit));
-    const double alone = (system.K.diagonal().transpose() * unit.cwiseAbs2()).maxCoeff();
-    SymmetricEigen eigen(0.5 * (energy + energy.transpose()));
-    int count = 0;
-    while (count < 6 && eigen.eigenvalues()(count) <= 1e-9 * alone) ++count;
-    if (count < 6) combinations = eigen.eigenvectors().leftCols(count);
-    if (count < 6) combinations.bottomRows(3) /= size;
-  } else if (rows.rows() > 0) {
-    // Residuals are of the order of one: where all are rounding nothing is held.
-    SymmetricEigen eigen(G);
-    int count = 0;
-    while (count < 6 && eigen.eigenvalues()(count) <= 1e-10 * std::max(1.0, eigen.eigenvalues()(5))) ++count;
-    combinations = eigen.eigenvectors().leftCols(count);
-    combinations.bottomRows(3) /= size;
-  }
-  MatX full = R * combinations;
-  if (reduced.identity) return full;
-  MatX q(reduced.size(), full.cols());
-  for (int c = 0; c < reduced.size(); ++c) q.row(c) = full.row(reduced.own[c]);
-  return q;
 }
 
 class Reducer {
@@ -240,7 +205,7 @@ class Reducer {
   void factorise() {
     say("ordering");
     give_back_memory();
-    const MatX rigid = free_rigid(model, system, reduced, options.held);
+    const MatX rigid = free_rigid_motions(model, system, reduced, options.held);
     solver = std::make_unique<FeSolver>(reduced, rigid, estimate_modes(model, system), options.threads, ask, options.scratch.string());
     report().rigid_motions = solver->rigid();
     report().factor_entries = solver->factor_entries();
@@ -491,13 +456,43 @@ class Reducer {
           U.cols(), held, 100.0 * shares.maxCoeff()));
   }
 
+  // The error of the mesh by dividing it, where that costs a second or so. nullopt: it costs more, or cannot be done.
+  std::optional<VecX> by_division(const MatX& U) {
+    constexpr double dear = 1.2e7;  // entries of a factor: about a second with the modes
+    constexpr int most_times = 2;   // then the error of the finer mesh no longer counts
+    FeDivision division{options.held, 0, options.threads, ask};
+    const double growth = std::pow(refined_growth(model), 4.0 / 3.0);
+    for (double entries = solver->factor_entries() * growth; entries <= dear && division.times < most_times; entries *= growth)
+      ++division.times;
+    if (division.times == 0) return std::nullopt;
+    say("the mesh divided");
+    // The body's coordinates are the model's modes only where those were asked for; one may be a mixture of several.
+    const auto count = static_cast<int>(U.cols());
+    const int most = reduced.size() - solver->rigid();
+    FeModes modes;
+    std::optional<VecX> errors;
+    try {
+      modes = solver->modes(std::min(count + 4, most), 0.0, MatX(reduced.size(), 0), {});
+      modes.vectors = reduced.expand(modes.vectors);
+      errors = divided_mesh_error(model, system, modes, division);
+    } catch (const SimulationError&) {
+      return std::nullopt;  // hardly any mode but those of the interfaces
+    } catch (const InputError&) {
+      return std::nullopt;  // elements so distorted that their parts are inside out
+    }
+    if (!errors) return std::nullopt;
+    const MatX share = product_tn(modes.vectors, symmetric_product(system.M, U)).cwiseAbs2();
+    return VecX((share.transpose() * *errors).cwiseQuotient(share.colwise().sum().transpose()));
+  }
+
   // The lowest frequencies against those of a fine mesh.
   void judge_mesh(const MatX& U) {
     constexpr Eigen::Index looked_at = 6;
     constexpr double told = 0.01;  // what frequencies of finite elements are commonly taken to be good for
     const Eigen::Index count = std::min(looked_at, U.cols());
     judge_hourglass(U.leftCols(count));
-    const std::optional<VecX> errors = mesh_error(model, system, U.leftCols(count), basis.eigenvalues.head(count));
+    const std::optional<VecX> divided = by_division(U.leftCols(count));
+    const std::optional<VecX> errors = divided ? divided : mesh_error(model, system, U.leftCols(count), basis.eigenvalues.head(count));
     lap("mesh error");
     if (!errors) return;
     if (!std::isfinite(errors->maxCoeff()))
@@ -508,10 +503,16 @@ class Reducer {
     for (Eigen::Index k = 0; k < count; ++k)
       if ((*errors)(k) > told)
         coarse += fmt::format("{}{:.4g} Hz by {:.2g} %", coarse.empty() ? "" : ", ", hertz(basis.eigenvalues(k)), 100.0 * (*errors)(k));
+    const bool jumps = !divided && std::any_of(model.elements.begin(), model.elements.end(),
+                                               [](const FeElement& e) { return fe_is_solid(e.shape) || fe_is_shell(e.shape); });
     if (!coarse.empty())
       report().warnings.push_back(
-          fmt::format("the mesh is coarse: of the lowest {} frequencies these are off by an estimated share: {}; refine it and compare",
-                      count, coarse));
+          fmt::format("the mesh is coarse: of the lowest {} frequencies these are off by an estimated share{}: {}; refine it and compare",
+                      count, jumps ? " (from jumps of the stress: the true ones may be several times as large)" : "", coarse));
+    else if (jumps)
+      note(
+          "the error of the mesh is estimated from jumps of the stress, below 1 %: they hardly show twist and what a single layer of "
+          "elements misses; refine the mesh and compare where that may matter");
   }
 
   // theta_j x (theta_k x r), symmetric in j and k: second derivatives of the end of an arm that keeps its length.

@@ -1,0 +1,22 @@
+// A model with every solid and shell divided once in each direction and every beam halved: what tells how good a mesh is.
+#pragma once
+
+#include "sim/reduce/fe_model.h"
+
+namespace flexframe::sim {
+
+// The nodes of the model keep their indices; new ones follow. Middles lie where the elements' own shape functions have them. A new node
+// between nodes that are all held, or all tied to one spider, is so too; an averaging spider's weight there is the mean of theirs.
+struct FeRefined {
+  FeModel model;
+  std::vector<FeConstraint> held;
+};
+
+// nullopt: equations tie nodes of solids or shells (what follows for new nodes between them is not known), a model of matrices, or nothing
+// to divide. Trusses stay whole: halved they would be mechanisms.
+std::optional<FeRefined> refine(const FeModel& model, const std::vector<FeConstraint>& held);
+
+// How many nodes the divided model has about, times those of `model`, by its elements: 8 where solids are most, 4 shells, 2 beams.
+double refined_growth(const FeModel& model);
+
+}  // namespace flexframe::sim
