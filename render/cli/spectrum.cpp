@@ -17,6 +17,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <numbers>
 
@@ -157,6 +158,47 @@ void warn_of_fast_turns(const sim::Results& results, const Samples& samples, std
   }
 }
 
+// How often what an output shows is a derivative of a joint's value, by its unit: forces are accelerations.
+int derivatives_of(const std::string& unit) { return unit == "m" || unit == "rad" ? 0 : unit == "m/s" || unit == "rad/s" ? 1 : 2; }
+
+// A vibration faster than the samples that hardly shows in how they follow each other: too little beside a slow motion, and yet most of its
+// acceleration, or nearly as fast as the samples, so that it seems to creep. It stands at a lower frequency, where its rate over its value
+// tells the true one.
+void warn_of_unseen_vibrations(const sim::Results& results, const Samples& samples, const std::vector<Named>& spectra,
+                               std::vector<std::string>& warnings) {
+  constexpr double seen = 0.1, rounding = 1e-9;  // of the largest line; of the largest value
+  int derivatives = 0;
+  for (const Named& one : spectra) derivatives = std::max(derivatives, derivatives_of(one.output->unit));
+  const sim::VecX t = results.times.segment(samples.first, samples.count);
+  const double highest = 0.5 * static_cast<double>(samples.count - 1) / (t[t.size() - 1] - t[0]);
+  for (const sim::ResultJoint& joint : results.joints) {
+    // Elsewhere rates are no derivatives of the values.
+    if (joint.kind == "spherical" || joint.kind == "free" || joint.kind == "constant-velocity" || joint.value.cols() != joint.rate.cols())
+      continue;
+    for (Eigen::Index c = 0; c < joint.value.cols(); ++c) {
+      const sim::Spectrum value = sim::amplitude_spectrum(t, joint.value.col(c).segment(samples.first, samples.count));
+      const sim::Spectrum rate = sim::amplitude_spectrum(t, joint.rate.col(c).segment(samples.first, samples.count));
+      const double least = rounding * value.amplitude.maxCoeff();
+      double slow = 0.0, fast = 0.0, frequency = 0.0;  // largest lines at frequencies that samples show and that they do not
+      for (Eigen::Index k = 1; k < value.at.size(); ++k) {
+        if (!(value.amplitude[k] > least)) continue;
+        const double omega = rate.amplitude[k] / value.amplitude[k], size = value.amplitude[k] * std::pow(omega, derivatives);
+        if (omega <= 2.0 * std::numbers::pi * highest) {
+          slow = std::max(slow, size);
+        } else if (size > fast) {
+          fast = size;
+          frequency = omega / (2.0 * std::numbers::pi);
+        }
+      }
+      if (!(fast > seen * slow)) continue;
+      return warnings.push_back(fmt::format(
+          "joint '{}' also vibrates at about {:.3g} Hz, too fast for {:.4g} samples a second: it appears at a lower frequency in "
+          "these spectra; take a larger output_rate",
+          joint.name, frequency, 2.0 * highest));
+    }
+  }
+}
+
 int write_spectrum(const Words& w) {
   sim::Results results = sim::read_results(w.results);
   add_driven_coordinates(results);
@@ -180,6 +222,7 @@ int write_spectrum(const Words& w) {
   json.update({{"csv", csv.string()}, {"svg", svg.string()}, {"warnings", nlohmann::ordered_json::array()}});
   if (const auto fast = sim::faster_than_samples(results, samples.first, samples.count))
     warnings.push_back(fmt::format("{} {}: it appears at a lower frequency in these spectra", fast->owner, sim::fast_motion_text(*fast)));
+  else warn_of_unseen_vibrations(results, samples, spectra, warnings);
   warn_of_fast_turns(results, samples, warnings);
   json["warnings"] = warnings;
   print_warnings(warnings);

@@ -314,6 +314,19 @@ def spectra(folder):
     run("simulate", scene, "--set", "joint.j.motion=0.3 + 0.02*sin(2*pi*900*t)", "--set", "joint.shaft.motion=0", "-o", folder / "f.h5")
     told = json.loads(run("spectrum", folder / "f.h5", "--column", "x", "-o", folder / "s.csv", "--json").stdout)["warnings"]
     expect(any("joint 'j'" in one and "lower frequency" in one for one in told), f"a drive faster than its samples: {told}")
+    # Too little to be seen in the way, and more than half of the acceleration: 900 Hz stand at 124.
+    scene.write_text(
+        simulation(4, output_rate=256)
+        + rigid("m", mass=1)
+        + joint("j", "prismatic", "ground", "m", axis=[1, 0, 0], motion="0.02*sin(2*pi*8*t) + 1e-6*sin(2*pi*900*t)")
+        + output("x", "m", "position")
+        + output("a", "m", "acceleration")
+    )
+    run("simulate", scene, "-o", folder / "a.h5")
+    for column, expected in (("x.x", 0), ("a.x", 1)):
+        told = json.loads(run("spectrum", folder / "a.h5", "--column", column, "-o", folder / "s.csv", "--json").stdout)["warnings"]
+        fast = [one for one in told if "joint 'j' also vibrates at about 900 Hz" in one]
+        expect(len(fast) == expected and len(told) == expected, f"a fast acceleration, {column}: {told}")
     message = run("spectrum", folder / "d.h5", "--column", "z", code=2).stderr
     expect("no column" in message and "angle" in message, message)
 
