@@ -121,7 +121,9 @@ TEST(FeRefine, DividesEveryKind) {
     EXPECT_NEAR(volume(divided->model), volume(m), 1e-12) << fe_name(c.shape);
     EXPECT_EQ(divided->held.size(), held.size() + c.held) << fe_name(c.shape);
     EXPECT_EQ(divided->model.spiders[0].slaves.size(), side.size() + c.held) << fe_name(c.shape);
-    if (fe_is_solid(c.shape)) EXPECT_EQ(outer_faces(divided->model).size(), 4 * outer_faces(m).size()) << fe_name(c.shape);
+    if (fe_is_solid(c.shape)) {
+      EXPECT_EQ(outer_faces(divided->model).size(), 4 * outer_faces(m).size()) << fe_name(c.shape);
+    }
     std::set<int> used(divided->model.connectivity.begin(), divided->model.connectivity.end());
     EXPECT_EQ(used.size() + 1, divided->model.nodes.size()) << fe_name(c.shape);
     FeModel again = divided->model;
