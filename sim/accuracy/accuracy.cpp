@@ -1,6 +1,7 @@
 #include "sim/accuracy/accuracy.h"
 
 #include "sim/accuracy/accuracy_task.h"
+#include "sim/base/cpu_clock.h"
 #include "sim/run/coarse_beams.h"
 #include "sim/run/run_scene.h"
 #include "sim/time/system.h"
@@ -19,7 +20,7 @@ bool better(double accuracy, const std::optional<Finished>& a, const std::option
   if (!a || !b) return a.has_value();
   const bool kept = b->error <= accuracy;
   if ((a->error <= accuracy) != kept) return !kept;
-  return kept ? a->cpu() < b->cpu() : a->error < b->error;
+  return kept ? a->work() < b->work() : a->error < b->error;
 }
 
 // Effects that are worth so much that they count, and so little that they may be left out: the cheaper way is taken. With them the run is
@@ -40,7 +41,7 @@ std::optional<Finished> settle_open(Task& t, const std::vector<Item>& open, doub
   if (open.empty()) return found;
   const bool kept = found && found->error <= t.accuracy;
   with.search.cpu = t.search.cpu;
-  if (kept) limit = found->cpu();
+  if (kept) limit = found->work();
   std::optional<Finished> other;
   try {
     if (kept) {
@@ -54,11 +55,11 @@ std::optional<Finished> settle_open(Task& t, const std::vector<Item>& open, doub
     // With them the scene cannot be simulated.
   }
   if (better(t.accuracy, other, found)) {
-    with.search.cpu += found ? found->cpu() : 0.0;
+    with.search.cpu += found ? found->work() : 0.0;
     t = std::move(with);
     return other;
   }
-  t.search.cpu = with.search.cpu + (other ? other->cpu() : 0.0);
+  t.search.cpu = with.search.cpu + (other ? other->work() : 0.0);
   return found;
 }
 
@@ -95,7 +96,7 @@ std::vector<Way> find_ways(Task t) {
 // to the end; the others may be cheaper still.
 Finished take_cheapest(const std::vector<Way>& ways, Task& taken) {
   double spent = ways.front().task.search.cpu, limit = unlimited;
-  for (const Way& way : ways) limit = std::min(limit, 0.01 + 10.0 * way.task.coarse.statistics.cpu_seconds);
+  for (const Way& way : ways) limit = std::min(limit, 0.01 + 10.0 * way.task.coarse.statistics.work);
   std::optional<Finished> found;
   const auto go = [&](const Way& way, double longest) {
     Task task = way.task;
@@ -106,16 +107,16 @@ Finished take_cheapest(const std::vector<Way>& ways, Task& taken) {
     } catch (const SimulationError&) {
       if (longest == unlimited) throw;
     }
-    spent = task.search.cpu + (one ? one->cpu() : 0.0);
+    spent = task.search.cpu + (one ? one->work() : 0.0);
     if (!better(task.accuracy, one, found)) return;
     found = std::move(one);
     taken = std::move(task);
   };
   constexpr int most_limits = 8;
   for (int k = 0; k < most_limits && ways.size() > 1 && !found; ++k, limit *= 4.0)
-    for (const Way& way : ways) go(way, found && found->error <= way.task.accuracy ? found->cpu() : limit);
+    for (const Way& way : ways) go(way, found && found->error <= way.task.accuracy ? found->work() : limit);
   if (!found) go(ways.front(), unlimited);
-  taken.search.cpu = spent - found->cpu();
+  taken.search.cpu = spent - found->work();
   return std::move(*found);
 }
 
@@ -145,9 +146,9 @@ AsGiven run_as_given(Task& t) {
   SimulateOptions o = *t.options;
   o.tolerance.reset();
   o.estimate_error = false;
-  const double start = cpu_seconds();
+  const double start = work_seconds();
   o.progress = [&t, start](double time) {
-    if (cpu_seconds() - start > longest_as_given) throw TooDear{};
+    if (work_seconds() - start > longest_as_given) throw TooDear{};
     if (t.options->progress) t.options->progress(time);
   };
   try {
@@ -160,11 +161,11 @@ AsGiven run_as_given(Task& t) {
     f.described.push_back(fmt::format("the scene as written, tolerance {:.0e}", default_tolerance));
     out.run = std::move(f);
     scene.simulation.tolerance = 10.0 * default_tolerance;
-    out.loose = t.search.run_within(scene, std::max(1.0, 3.0 * out.run->cpu()));
+    out.loose = t.search.run_within(scene, std::max(1.0, 3.0 * out.run->work()));
     if (out.loose) out.time = error_of_difference * apart(*out.loose, to_histories(out.run->results));
   } catch (const TooDear&) {
   } catch (const SimulationError&) {}
-  t.search.cpu += cpu_seconds() - start;
+  t.search.cpu += work_seconds() - start;
   return out;
 }
 
@@ -193,7 +194,7 @@ std::optional<Scene> with_fit_models(const Task& t, const AsGiven& given) {
   if (!given.run || !given.loose) return std::nullopt;
   ModelCheckOptions check;
   check.asked = bending_share * t.accuracy;
-  check.budget = std::max(least_model_budget, check_budget(given.run->cpu()));
+  check.budget = std::max(least_model_budget, check_budget(given.run->work()));
   const Histories whole = to_histories(given.run->results);
   check.run.tolerance = given.run->loose_tolerance;
   check.run.floor = 3.0 * given.time;
@@ -206,8 +207,8 @@ std::optional<Scene> with_fit_models(const Task& t, const AsGiven& given) {
   return with_richer_models(scene, t.search.states, given.run->limits, *given.loose, check);
 }
 
-// The scene as it stands, judged: by a looser run in time, by one of half the elements, modes or volumes in space. Half of them err by four
-// times as much at least (finite elements by sixteen).
+// The scene as it stands, judged: by a looser run in time, by one of half the elements, modes or volumes in space. (A third of what these
+// change in forces too: strip let go, 9.8e-4 of its clamp's force where 3.6e-3 is true.)
 std::optional<Finished> judged_as_given(Task& t, AsGiven& given) {
   if (!given.run || !given.loose) return std::nullopt;
   Finished& f = *given.run;
@@ -215,9 +216,11 @@ std::optional<Finished> judged_as_given(Task& t, AsGiven& given) {
   const MatX time = error_of_difference * relative(*given.loose, fine);
   MatX space = MatX::Zero(time.rows(), time.cols());
   if (const std::optional<Scene> half = t.search.halved()) {
-    const std::optional<Histories> coarse = t.search.run_within(*half, std::max(1.0, 3.0 * f.cpu()));
-    if (coarse && coarse->columns == fine.columns && coarse->times.size() == fine.times.size()) space = relative(*coarse, fine) / 3.0;
-    else space.setConstant(2.0 * t.accuracy);  // nobody knows
+    const std::optional<Histories> coarse = t.search.run_within(*half, std::max(1.0, 3.0 * f.work()));
+    if (coarse && coarse->columns == fine.columns && coarse->times.size() == fine.times.size()) {
+      space = relative(*coarse, fine);
+      for (Eigen::Index c = 0; c < space.rows(); ++c) space.row(c) *= of_kind(fine.units[c], by_half(t.search.fewest()));
+    } else space.setConstant(2.0 * t.accuracy);  // nobody knows
   }
   f.looser = *given.loose;
   f.coarse = *given.loose;
@@ -245,23 +248,23 @@ std::optional<Finished> found_by_search(Task& t) {
   return *t.nearest;
 }
 
-// What bending in one frame is worth.
-double check_result(const Task& t, const Finished& found, double accuracy, Results& results) {
+// What bending in one frame is worth; what is left out and warned of goes into found.warned.
+double check_result(const Task& t, Finished& found, double accuracy, Results& results) {
   SolverStatistics& s = results.statistics;
   NeglectOptions check;
   check.tolerance = found.loose_tolerance;
   const Histories whole = to_histories(results);
   check.floor = std::max(found.time, apart(found.looser, whole));
-  check.budget = std::max(check_price * s.cpu_seconds, least_check);
+  check.budget = std::max(check_price * s.work, least_check);
   check.method = found.method;
   check.run = &whole;
   check.run_tolerance = found.setting.tolerance;
   check.run_error = found.time;  // both runs of a pair have the same modes
   check.deformations = true;
-  report_neglected(found.scene, t.search.states, found.looser, check, accuracy, s);
+  found.warned = report_neglected(found.scene, t.search.states, found.looser, check, accuracy, s);
   // Volumes that the search chose were judged by a few more of them, all beams at once: where each still bends far, twice as many tell.
   const std::vector<LinearLimit>& limits = found.limits;
-  ModelCheckOptions models{accuracy, check_budget(s.cpu_seconds), check, {}};
+  ModelCheckOptions models{accuracy, check_budget(s.work), check, {}};
   for (size_t b = 0; b < found.scene.bodies.size(); ++b)
     if (std::holds_alternative<BeamDef>(found.scene.bodies[b].kind) && !t.search.chooses(b)) models.unjudged.push_back(b);
   const BendingWorth worth = check_models(found.scene, t.search.states, limits, found.looser, models, s);
@@ -299,7 +302,7 @@ std::optional<Results> run_again(const RememberedSettings& kept, const SettingsM
 
 // What a search has come to, for the words about it.
 struct Searched {
-  double start = 0.0;                // cpu_seconds() at which it began
+  double start = 0.0, begun = 0.0;   // cpu_seconds() and work_seconds() at which it began
   double allowed = 0.0, run = 0.0;   // CPU s that it might take; of the scene as written, 0: not known
   std::vector<std::string> changed;  // models
   bool checked = false;              // what is left out and the models are judged already
@@ -307,7 +310,7 @@ struct Searched {
 
 Results stated(const Task& t, Finished found, const Searched& searched, const SettingsMemory* memory) {
   const double accuracy = t.accuracy;
-  const bool spent = searched.allowed > 0.0 && cpu_seconds() > searched.start + searched.allowed;
+  const bool spent = searched.allowed > 0.0 && work_seconds() > searched.begun + searched.allowed;
   AccuracyStatement out;
   out.asked = accuracy;
   out.time = found.time;
@@ -316,7 +319,7 @@ Results stated(const Task& t, Finished found, const Searched& searched, const Se
   out.column = found.column;
   // What half the error would cost: the larger of the two errors has to shrink.
   const double finer_time = std::pow(t.decade, std::log10(2.0) / cautious_order);
-  const double finer_space = std::max(1.0, found.cpu() / std::max(found.coarse.statistics.cpu_seconds, 1e-9));
+  const double finer_space = std::max(1.0, found.work() / std::max(found.coarse.statistics.work, 1e-9));
   out.half_cost = found.time >= found.space ? finer_time : finer_space;
   out.chosen = found.described;
   out.chosen.insert(out.chosen.end(), searched.changed.begin(), searched.changed.end());
@@ -354,6 +357,7 @@ Results stated(const Task& t, Finished found, const Searched& searched, const Se
                                "{:.1e} that beams bend too far for one frame: give volumes",
                                accuracy, s.error_estimate, found.column, bending));
   }
+  s.error_estimate = std::hypot(s.error_estimate, found.warned), out.effects = std::hypot(out.effects, found.warned);
   s.accuracy = out;
   if (memory) remember_settings(*memory, {found.scene, found.method, s, outputs_fingerprint(results)});
   return results;
@@ -365,7 +369,7 @@ Results simulate_to_accuracy(const Scene& as_given, double accuracy, const Simul
   if (memory)
     if (const std::optional<RememberedSettings> kept = recall_settings(*memory, as_given))
       if (std::optional<Results> again = run_again(*kept, *memory, options)) return std::move(*again);
-  const double start = cpu_seconds();
+  const double start = cpu_seconds(), begun = work_seconds();
   const auto task_for = [&](const Scene& of) {
     Task t{accuracy, &options, Search(of, options), {}, {}, {}, 0.0, 1.0, {}, {}, {}, {}, {}, std::make_shared<std::optional<Finished>>()};
     t.search.accuracy = accuracy;
@@ -377,7 +381,7 @@ Results simulate_to_accuracy(const Scene& as_given, double accuracy, const Simul
     Task straight = task_for(as_given);
     nearest = straight.nearest;
     if (std::optional<Finished> found = go_straight(straight, as_given, left))
-      return stated(straight, std::move(*found), {start, 0.0, 0.0, {}, true}, memory);
+      return stated(straight, std::move(*found), {start, begun, 0.0, 0.0, {}, true}, memory);
   }
   // What the motion needs of the effects that are "auto", told by a loose run: the search weighs these and the others by pairs.
   SimulateOptions first = options;
@@ -386,10 +390,10 @@ Results simulate_to_accuracy(const Scene& as_given, double accuracy, const Simul
   const bool kept = left && left->kept && left->tolerance <= *first.tolerance, called = kept || (left && !left->kept);
   const Scene scene = called ? left->run.scene : with_called_effects(as_given, first, accuracy);
   Task t = task_for(scene);
-  const double search_start = cpu_seconds();
+  const double search_start = work_seconds();
   std::optional<AsGiven> given = kept ? given_by(*left, options) : run_as_given(t);
-  const double as_written = given->run ? std::max(given->run->cpu(), 1e-3) : 0.0;
-  const double allowed = given->run ? search_allowance(given->run->cpu()) : unknown_allowance;
+  const double as_written = given->run ? std::max(given->run->work(), 1e-3) : 0.0;
+  const double allowed = given->run ? search_allowance(given->run->work()) : unknown_allowance;
   std::vector<std::string> changed;
   if (const std::optional<Scene> richer = with_fit_models(t, *given)) {
     for (size_t b = 0; b < scene.bodies.size(); ++b) {
@@ -431,7 +435,7 @@ Results simulate_to_accuracy(const Scene& as_given, double accuracy, const Simul
                                  accuracy, searched));
     return results;
   }
-  return stated(t, std::move(*best), {start, allowed, as_written, std::move(changed)}, memory);
+  return stated(t, std::move(*best), {start, begun, allowed, as_written, std::move(changed)}, memory);
 }
 
 Results simulate_as_asked(const Scene& scene, const SimulateOptions& options, const SettingsMemory* memory) {

@@ -53,7 +53,7 @@ class Scales {
  private:
   // k decades below the loose run.
   Setting setting(size_t k) const { return {task_.below().level, task_.loose_below().tolerance * std::pow(0.1, static_cast<double>(k))}; }
-  double limit(size_t k) const { return dearest * without_[k].statistics.cpu_seconds; }
+  double limit(size_t k) const { return dearest * without_[k].statistics.work; }
 
   std::optional<Histories> with(const Item& item, size_t k) const {
     Scene other = task_.search.at(setting(k));
@@ -64,7 +64,7 @@ class Scales {
     if (!now || now->columns != without_[k].columns) return false;
     item.share = relative(*now, without_[k]) * (item.members.front().on ? -1.0 : 1.0);
     item.worth = largest(item.share);
-    item.price = now->statistics.cpu_seconds / std::max(without_[k].statistics.cpu_seconds, 1e-9);
+    item.price = now->statistics.work / std::max(without_[k].statistics.work, 1e-9);
     return true;
   }
 

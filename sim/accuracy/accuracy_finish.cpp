@@ -52,8 +52,8 @@ void run_itself(const Task& t, const Setting& setting, double limit, Finished& o
   o.tolerance.reset();
   o.method = t.search.method;
   o.estimate_error = false;
-  o.progress = [&t, limit, start = cpu_seconds()](double time) {
-    const double now = cpu_seconds();
+  o.progress = [&t, limit, start = work_seconds()](double time) {
+    const double now = work_seconds();
     if (now > t.search.until) throw SearchSpent{};
     if (now - start > limit) throw TooDear{};
     if (t.options->progress) t.options->progress(time);
@@ -76,12 +76,12 @@ std::optional<Finished> finish(Task& t, double limit) {
   std::optional<Histories> judge;  // what the level below was judged by
   double last_step = 0.0;          // difference of the two levels before
   for (int round = 0;; ++round) {
-    const double start = cpu_seconds();
+    const double start = work_seconds();
     try {
       run_itself(t, t.setting, limit, out);
       out.looser = search.run(search.at({t.setting.level, 10.0 * t.setting.tolerance}));
     } catch (const TooDear&) {
-      search.cpu += cpu_seconds() - start;
+      search.cpu += work_seconds() - start;
       return std::nullopt;
     } catch (const SimulationError&) {
       // Too loose or too coarse to hold the mechanism together, perhaps.
@@ -106,7 +106,7 @@ std::optional<Finished> finish(Task& t, double limit) {
     bool found_again = t.without.empty();
     const auto total = [&] {
       if (!found_again && add_up(t.rigid) <= accuracy && add_up(t.rigid + t.left_out) > accuracy) {
-        t.find_left_out(t.setting, thinned, dearest * out.cpu());
+        t.find_left_out(t.setting, thinned, dearest * out.work());
         found_again = true;
       }
       return add_up(t.rigid + t.left_out);
@@ -138,7 +138,7 @@ std::optional<Finished> finish(Task& t, double limit) {
     t.keep(out);
     if (round == most_rounds || error <= accuracy) break;
     if (!search.has_levels() && t.setting.tolerance <= 1e-11) break;
-    search.cpu += out.cpu();
+    search.cpu += out.work();
     // More modes that do not help are the error of time in them.
     if (!search.has_levels() || ((stuck || out.time > 0.5 * accuracy) && t.setting.tolerance > 1e-10)) {
       const double step_down = std::pow(0.4 * accuracy / std::max(out.time, 0.4 * accuracy), 1.0 / cautious_order);

@@ -4,8 +4,8 @@
 // modes and are seen elsewhere in the mechanism, so that neither frequencies nor levels tell where modes are missing: each body is judged
 // by a run with more modes in it alone, and those that lack most get them.
 #include "sim/accuracy/accuracy_task.h"
-#include "sim/base/cpu_clock.h"
 #include "sim/base/error.h"
+#include "sim/base/work_clock.h"
 
 #include <algorithm>
 #include <cmath>
@@ -24,6 +24,8 @@ constexpr double tail_undamped = 1.28, tail_stiff = 2.0, faster_than_stiff = 2.3
 // What two loose runs may be apart in time, of what is asked, for them to tell of space at a quarter of the price.
 // Nearer to what is asked than `clearly` they would tell too much (bending slider-crank at 1e-2: 8.1e-3 where 1.4e-3 is true).
 constexpr double loosely_judged = 0.3, clearly = 0.7;
+// What a run looser than `clear` may err by in time, of what is asked: loose runs judge modes then too.
+constexpr double small_in_time = 0.05;
 // The elements behind half as many modes more are twice as many with this: they err by their number's square or its fourth power.
 constexpr double more_elements = 4.0 / 3.0;
 // What a round of refinement is thought to bring, however little the last one did (every second mode may have no part in the motion), and
@@ -102,15 +104,15 @@ struct Followed {
 // much.
 void Followed::call_effects() {
   if (std::none_of(search.states.begin(), search.states.end(), [&](const EffectState& s) { return !s.on && search.decides(s); })) return;
-  const double start = cpu_seconds();
+  const double start = work_seconds();
   SimulateOptions o = *t.options;
   o.tolerance = 10.0 * setting.tolerance;
   o.accuracy.reset();
   o.estimate_error = false;
   o.method = search.method;
   o.progress = [&](double) {
-    if (cpu_seconds() > search.until) throw SearchSpent{};
-    if (cpu_seconds() - start > limit) throw TooDear{};
+    if (work_seconds() > search.until) throw SearchSpent{};
+    if (work_seconds() - start > limit) throw TooDear{};
   };
   try {
     const bool called = search.adopt(run_judged(search.with_half(setting), o, t.accuracy, false).effects);
@@ -120,7 +122,7 @@ void Followed::call_effects() {
   } catch (const SimulationError&) {
     // The run itself says what there is to say.
   }
-  search.cpu += cpu_seconds() - start;
+  search.cpu += work_seconds() - start;
 }
 
 SimulateOptions Followed::whole_run() const {
@@ -129,8 +131,8 @@ SimulateOptions Followed::whole_run() const {
   o.accuracy.reset();
   o.estimate_error = true;
   o.method = search.method;
-  o.progress = [this, start = cpu_seconds()](double at) {
-    const double now = cpu_seconds();
+  o.progress = [this, start = work_seconds()](double at) {
+    const double now = work_seconds();
     if (now > search.until) throw SearchSpent{};
     if (now - start > limit) throw TooDear{};
     if (t.options->progress) t.options->progress(at);
@@ -140,7 +142,7 @@ SimulateOptions Followed::whole_run() const {
 
 // The run as a result, with what its motion says of effects; those that it asks for are on from then on.
 std::optional<Histories> Followed::run_whole() {
-  const double start = cpu_seconds();
+  const double start = work_seconds();
   const SimulateOptions o = whole_run();
   whole = false;
   std::optional<Histories> run;
@@ -153,7 +155,7 @@ std::optional<Histories> Followed::run_whole() {
     }
   } catch (const TooDear&) {
   } catch (const SimulationError&) {}
-  search.cpu += cpu_seconds() - start;
+  search.cpu += work_seconds() - start;
   whole = run.has_value();
   return run;
 }
@@ -178,7 +180,8 @@ double Followed::looser_than(double tolerance) const {
   return samples && least_looser * tolerance <= just_sampled ? just_sampled : ten_times;
 }
 
-// Lowers the tolerance until a run ten times looser, or nearly that, is `timely` near; false where that is too dear.
+// Lowers the tolerance until a run ten times looser, or nearly that, is `timely` near, and a run above `clear` far nearer; false where that
+// is too dear.
 bool Followed::settle_time(double timely) {
   for (std::optional<Histories> looser;;) {
     if (!looser) {
@@ -193,12 +196,15 @@ bool Followed::settle_time(double timely) {
       here = at_times(*here, out.looser.times);
       const double looser_by = out.loose_tolerance / setting.tolerance;
       share = looser_by > 9.9 ? error_of_difference : 1.0 / (std::pow(looser_by, cautious_order) - 1.0);
+      if (t.coarse.values.size() == 0) t.coarse = out.looser;
+      if (t.rigid.size() == 0) t.rigid = t.left_out = MatX::Zero(out.looser.values.rows(), out.looser.values.cols());
       time = share * relative(out.looser, *here);
-      if (largest(time) <= timely || setting.tolerance <= tightest) break;
+      const double enough = setting.tolerance > 1.01 * t.clear ? std::min(small_in_time * t.accuracy, timely) : timely;
+      if (largest(time) <= enough || setting.tolerance <= tightest) break;
       step = std::pow(0.25 * t.accuracy / largest(time), 1.0 / cautious_order);
     }
     const double before = setting.tolerance;
-    const bool decade = t.straight && looser && step <= 0.3;
+    const bool decade = t.straight && looser && (step <= 0.3 || before > 1.01 * t.clear);
     looser.reset();
     setting.tolerance = std::max(tightest, before * (decade ? 0.1 : std::clamp(step, 0.1, 0.5)));
     // One decade finds its looser run already there.
@@ -220,7 +226,7 @@ bool Followed::judge_is_next() const {
 std::optional<Histories> Followed::run_finer(Search& finer, const Setting& next) {
   finer_run.reset();
   if (!judge_is_next()) return finer.run_within(finer.at(next), unlimited);
-  const double start = cpu_seconds();
+  const double start = work_seconds();
   std::optional<Histories> run;
   try {
     JudgedRun judged = run_judged(finer.at(next), whole_run(), t.accuracy, false);
@@ -228,7 +234,7 @@ std::optional<Histories> Followed::run_finer(Search& finer, const Setting& next)
     if (!finer.adopt(judged.effects)) finer_run = std::move(judged), finer_search = finer, finer_setting = next;
   } catch (const TooDear&) {
   } catch (const SimulationError&) {}
-  finer.cpu += cpu_seconds() - start;
+  finer.cpu += work_seconds() - start;
   return run;
 }
 
@@ -366,7 +372,7 @@ bool Followed::hopeless() {
   const double rounds = std::ceil(std::log(std::max(1.0, lacks / left)) / std::log(fell));
   double price = 0.0, next = spent;
   for (int k = 0; k < static_cast<int>(rounds); ++k) price += next *= grew;
-  return cpu_seconds() + price > search.until;
+  return work_seconds() + price > search.until;
 }
 
 // Whether nothing but tighter steps is missing, and these take longer than there is time for.
@@ -374,7 +380,7 @@ bool Followed::too_dear_in_time() {
   if (total(0.3 * time) > t.accuracy || total(time) <= t.accuracy) return false;
   const double next = tighter * setting.tolerance;
   const double factor = next < sampled_below && setting.tolerance >= sampled_below ? dear_sampled : usual_growth;
-  if (cpu_seconds() + factor * here->statistics.cpu_seconds <= search.until) return false;
+  if (work_seconds() + factor * here->statistics.work <= search.until) return false;
   out.unreached = "; steps that follow its vibrations so closely would take too long: request less accuracy, or remove this output";
   return true;
 }
@@ -421,7 +427,7 @@ double Followed::add_up(const MatX& in_time, const MatX& effects) {
 // The error with what is left out, which is found again at this setting where it decides.
 double Followed::total(const MatX& in_time) {
   if (!found_again && add_up(in_time, t.rigid) <= t.accuracy && add_up(in_time, t.rigid + t.left_out) > t.accuracy) {
-    t.find_left_out(setting, *here, dearest * here->statistics.cpu_seconds);
+    t.find_left_out(setting, *here, dearest * here->statistics.work);
     found_again = true;
   }
   return add_up(in_time, t.rigid + t.left_out);
@@ -442,8 +448,7 @@ void Followed::take_looser() {
   for (const double factor : {6.0, 4.0, 2.5}) {
     if (!keeps((factor - 1.0) / 9.0 * of_looser)) continue;
     if (tries-- == 0) break;
-    const std::optional<Histories> other =
-        search.run_within(search.at({setting.level, factor * tight}), 2.0 * here->statistics.cpu_seconds);
+    const std::optional<Histories> other = search.run_within(search.at({setting.level, factor * tight}), 2.0 * here->statistics.work);
     if (!other || 10 * other->statistics.evaluations >= 9 * here->statistics.evaluations) break;
     if (!keeps(relative(*other, *here).cwiseAbs())) continue;
     setting.tolerance = factor * tight;

@@ -2,6 +2,7 @@
 
 #include "sim/bodies/normal_modes.h"
 #include "sim/bodies/resolution.h"
+#include "sim/dynamics/massless.h"
 #include "sim/model/effects.h"
 #include "sim/run/second_run.h"
 #include "sim/scene/force_kinds.h"
@@ -111,6 +112,7 @@ Search::Search(const Scene& scene, const SimulateOptions& options) : scene_(scen
     if (n.severity == Severity::warning) warnings.push_back(n);
   method = options.method;
   touches = has_events(system);
+  smooth = !touches && all_have_inertia(system.model) && system.model.blocks.empty();
   cheap_ = system.plane || matrix_is_cheap(system);
   bodies_ = resolvable_bodies(scene_, system.model);
   reads_forces = std::any_of(scene_.outputs.begin(), scene_.outputs.end(), [](const OutputDef& o) { return is_force(o.quantity); });
@@ -376,12 +378,12 @@ Histories Search::run(const Scene& scene) {
   o.method = method;
   o.samples = compared_samples;
   o.progress = [this](double) {
-    if (cpu_seconds() > until) throw SearchSpent{};
+    if (work_seconds() > until) throw SearchSpent{};
     if (options_->progress) options_->progress(0.0);
   };
-  if (cpu_seconds() > until) throw SearchSpent{};
+  if (work_seconds() > until) throw SearchSpent{};
   Histories h = simulate_histories(scene, o);
-  cpu += h.statistics.cpu_seconds;
+  cpu += h.statistics.work;
   return h;
 }
 
@@ -389,12 +391,12 @@ std::optional<Histories> Search::run_within(const Scene& scene, double seconds, 
   SimulateOptions o;
   o.method = method;
   o.samples = compared_samples;
-  const double start = cpu_seconds();
+  const double start = work_seconds();
   if (start > until) throw SearchSpent{};
   struct TooLong {};
   o.progress = [&](double) {
     if (options_->progress) options_->progress(0.0);
-    const double now = cpu_seconds();
+    const double now = work_seconds();
     if (now > until) throw SearchSpent{};
     if (now - start > seconds) throw TooLong{};
   };
@@ -410,7 +412,7 @@ std::optional<Histories> Search::run_within(const Scene& scene, double seconds, 
   } catch (const SimulationError&) {  // a step beyond the limit of stability can tear a body apart
   } catch (const InputError&) {       // a method that this scene is not for
   }
-  cpu += cpu_seconds() - start;
+  cpu += work_seconds() - start;
   return out;
 }
 

@@ -2,8 +2,8 @@
 // switched.
 #pragma once
 
-#include "sim/base/cpu_clock.h"
 #include "sim/base/notes.h"
+#include "sim/base/work_clock.h"
 #include "sim/run/effect_report.h"
 #include "sim/time/system.h"
 
@@ -111,9 +111,10 @@ class Search {
   bool undamped = true;            // no body damps its own vibrations
   bool rings = true;               // no body damps them by more than a tenth of critical damping
   bool touches = false;            // dry friction, stops, contacts: events that lie where the motion puts them
+  bool smooth = true;              // the exponential method is for it: nothing touches, nothing is massless, no blocks
   std::optional<Method> method;    // of all runs
   double cpu = 0.0;                // s, of all runs but the last
-  double until = 1e300;            // cpu_seconds() at which the search ends
+  double until = 1e300;            // work_seconds() at which the search ends
   std::set<std::string> flexible;  // stiff bodies whose flexibility matters
   std::set<size_t> with_static;    // bodies whose followed modes have the shapes beside them that forces at rest make
   double fineness = 1.0;           // of the elements behind modes

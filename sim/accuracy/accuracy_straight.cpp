@@ -1,6 +1,6 @@
 #include "sim/accuracy/accuracy_task.h"
-#include "sim/base/cpu_clock.h"
 #include "sim/base/error.h"
+#include "sim/base/work_clock.h"
 #include "sim/run/coarse_beams.h"
 #include "sim/run/few_modes.h"
 #include "sim/run/judged_run.h"
@@ -40,6 +40,9 @@ constexpr double longest = 120.0, shortest = 3.0;
 constexpr double bending_margin = 1.3, unmeasured = 1e300;
 // CPU s of a run as written whose effects are not called for by another one.
 constexpr double dear_run = 1.0;
+// The next run is not made where it costs that much, s, and so many times the last one (beam on a stop at 1e-3, its 30 coordinates followed
+// at 1e-8: 2 CPU s and no end).
+constexpr double dear_step = 0.3, dearer_step = 5.0;
 // A looser run that takes longer than so many times the run itself has lost its way (arm with a payload: 16 CPU s, five times the run);
 // where runs take seconds it has to be the cheaper one that it should be.
 constexpr double dearer_if_looser = 1.5, cheaper_if_looser = 0.6;
@@ -63,14 +66,20 @@ class Straight {
   bool refine_few();
   std::vector<std::string> described() const;
   StraightRun for_search(bool kept) const;
-  bool follows_as_called(const Scene& scene);
+  Verdict verdict_as_called(const Scene& scene);
+  std::optional<Finished> follow_first();
+  std::optional<Finished> try_following();
+  bool bring_what_shifts();
   bool judge_space();
   bool judge_by_doubled();
-  bool space_by(const Scene& other, const std::array<double, 3>& shares);
+  bool space_by(const Scene& other, const ByKind& shares);
+  bool by_program(const EffectState& s) const;
   bool decided(const LeftOutWorth& w) const;
   bool chosen_by_scene(const LeftOutWorth& w) const;
+  bool leaves_out_more() const;
   bool judge_deformations(bool following);
   bool judge_effects(bool following = false);
+  bool measure_effects(const std::optional<Method>& method, bool following);
   void leave(const std::string& effect, const std::vector<std::string>& owners, double worth);
   void report_chosen(Finished& f) const;
   std::optional<Finished> finish_as_written();
@@ -80,6 +89,7 @@ class Straight {
   bool warned(const Notes& notes, bool misfits = true) const;
   double price_of_volumes(const Finished& f) const;
   double energy_share() const;
+  double next_work() const;
   VecX sizes_of(const Histories& h) const;
   std::optional<Histories> loose_run(const Scene& scene, double tolerance, const System* start = nullptr);
   Verdict judge_time(const Scene& scene);
@@ -98,9 +108,10 @@ class Straight {
   JudgedRun run_;
   Histories fine_, looser_;
   bool has_looser_ = false;
+  bool tried_ = false;  // to follow vibrations
   MatX time_, space_;
   double allowed_ = longest;         // CPU s of the next run
-  double until_ = 1e300;             // cpu_seconds() at which this ends
+  double until_ = 1e300;             // work_seconds() at which this ends
   double step_ = 0.1;                // by which the tolerance has to fall
   double effects_ = 0.0;             // what is left out is worth
   std::vector<Task::Share> shares_;  // of them
@@ -114,16 +125,16 @@ bool Straight::run_pilot(const Scene& scene, bool again) {
   o.tolerance = tolerance_;
   o.accuracy.reset();
   o.estimate_error = true;  // keeps the start for the looser run
-  const double start = cpu_seconds();
+  const double start = work_seconds();
   o.progress = [this, start](double time) {
-    if (cpu_seconds() > until_) throw SearchSpent{};
-    if (cpu_seconds() - start > allowed_) throw TooDear{};
+    if (work_seconds() > until_) throw SearchSpent{};
+    if (work_seconds() - start > allowed_) throw TooDear{};
     if (t_.options->progress) t_.options->progress(time);
   };
   try {
     if (few_ == 0) run_ = run_judged(scene, o, t_.accuracy, again);
     else if (!run_few(o, again)) return false;
-    if (until_ > 1e299) until_ = start + straight_allowance(cpu_seconds() - start);
+    if (until_ > 1e299) until_ = start + straight_allowance(work_seconds() - start);
   } catch (const TooDear&) {
     return false;
   } catch (const SimulationError&) {
@@ -149,7 +160,7 @@ bool Straight::run_few(const SimulateOptions& options, bool again) {
 std::optional<Histories> Straight::loose_run(const Scene& scene, double tolerance, const System* start) {
   Scene loose = scene;
   loose.simulation.tolerance = tolerance;
-  const double run = run_.results.statistics.cpu_seconds;
+  const double run = run_.results.statistics.work;
   return t_.search.run_within(loose, std::max(0.5, (run > dear_run ? cheaper_if_looser : dearer_if_looser) * run), start);
 }
 
@@ -182,6 +193,12 @@ double Straight::energy_share() const {
   return out;
 }
 
+// Work of the run whose tolerance has fallen by step_, by what the last decade has cost more.
+double Straight::next_work() const {
+  const auto here = static_cast<double>(run_.results.statistics.evaluations), before = static_cast<double>(looser_.statistics.evaluations);
+  return run_.results.statistics.work * std::pow(before > 0.0 ? std::max(1.0, here / before) : 1.0, -std::log10(step_));
+}
+
 // A run ten times looser tells the error: a third of the difference (error_of_difference), more where three of them show that it falls
 // slowly, all of it where there are only two.
 Straight::Verdict Straight::judge_time(const Scene& scene) {
@@ -189,7 +206,7 @@ Straight::Verdict Straight::judge_time(const Scene& scene) {
     std::optional<Histories> loose = loose_run(scene, 10.0 * tolerance_, run_.start ? &*run_.start : nullptr);
     step_ = 0.1;
     // Few modes do in the time of one such run what it takes several of them to find.
-    if (!loose && run_.results.statistics.cpu_seconds > dear_run && t_.search.has_levels()) return Verdict::lost;
+    if (!loose && run_.results.statistics.work > dear_run && t_.search.has_levels()) return Verdict::lost;
     if (!loose || loose->columns != fine_.columns) return Verdict::tighter;
     looser_ = std::move(*loose);
     has_looser_ = true;
@@ -207,10 +224,14 @@ Straight::Verdict Straight::judge_time(const Scene& scene) {
   const double needed = std::max(largest(time_) / (share_of_time * t_.accuracy), lost / t_.accuracy);
   if (needed <= 1.0) return Verdict::kept;
   step_ = std::clamp(std::pow(needed, -1.0 / cautious_order), 1e-2, 0.1);
-  const bool vibrates = t_.search.rings && t_.search.elastic && !follows_vibrations(t_.options->method);
-  if (vibrates && needed > 30.0) return Verdict::follow;
-  // With few modes that costs less than one more decade.
-  if (vibrates && (few_ > 0 || lost > mostly_lost) && !t_.search.touches) return Verdict::rather_follow;
+  const bool vibrates = t_.search.smooth && t_.search.elastic && !follows_vibrations(t_.options->method);
+  if (vibrates && t_.search.rings && needed > 30.0) return Verdict::follow;
+  // With few modes that costs less than one more decade; where much lacks, less than the decades that it takes, damped or not.
+  constexpr double far = 5.0;
+  if (vibrates && (few_ > 0 || lost > mostly_lost || needed > far)) return Verdict::rather_follow;
+  // With few modes a search finds as much for less.
+  if (t_.search.elastic && t_.search.has_levels() && next_work() > std::max(dear_step, dearer_step * run_.results.statistics.work))
+    return Verdict::lost;
   return needed > 1000.0 ? Verdict::lost : Verdict::tighter;
 }
 
@@ -232,7 +253,7 @@ VecX Straight::sizes_of(const Histories& h) const {
 }
 
 // What this run lacks by another one, `other` of it in places, rates and forces each.
-bool Straight::space_by(const Scene& other, const std::array<double, 3>& shares) {
+bool Straight::space_by(const Scene& other, const ByKind& shares) {
   const Histories thinned = at_times(fine_, looser_.times);
   for (const double at : {10.0 * tolerance_, tolerance_}) {
     const std::optional<Histories> run = loose_run(other, at);
@@ -241,10 +262,7 @@ bool Straight::space_by(const Scene& other, const std::array<double, 3>& shares)
     space_ = run->values - against.values;
     const VecX sizes = sizes_of(against);
     for (Eigen::Index c = 0; c < space_.rows(); ++c) {
-      const std::string& unit = fine_.units[c];
-      const bool place = unit == "m" || unit == "rad" || unit == "J" || unit == "1";
-      const bool rate = unit == "m/s" || unit == "rad/s";
-      space_.row(c) *= sizes[c] > 0.0 ? (place ? shares[0] : rate ? shares[1] : shares[2]) / sizes[c] : 0.0;
+      space_.row(c) *= sizes[c] > 0.0 ? of_kind(fine_.units[c], shares) / sizes[c] : 0.0;
     }
     if (largest(space_) <= share_of_space * t_.accuracy) return true;
   }
@@ -253,10 +271,8 @@ bool Straight::space_by(const Scene& other, const std::array<double, 3>& shares)
 
 // What a finer run changes, and what lies beyond it: twice the elements, or half as many modes more beside the shapes of forces at rest,
 // bring more than half of what lacks in places, half in rates, a third in forces.
-constexpr std::array<double, 3> by_finer{1.5, 2.0, 3.0};
+constexpr ByKind by_finer{1.5, 2.0, 3.0};
 
-// Half the elements (volumes, modes) err by four times as much at least, in what is no rate; rates of vibrations converge slowly, and few
-// elements in no order that one could rely on.
 bool Straight::judge_space() {
   space_ = MatX::Zero(time_.rows(), time_.cols());
   space_margin_ = elastic_margin;
@@ -268,15 +284,13 @@ bool Straight::judge_space() {
   const int fewest = t_.search.fewest();
   const std::optional<Scene> half = t_.search.halved();
   if (fewest < 2 || !half) return false;
-  if (fewest < 4) return space_by(*half, {1.0, 2.0, 2.0});
-  return space_by(*half, {1.0 / 3.0, 1.0, 2.0});
+  return space_by(*half, by_half(fewest));
 }
 
 // Where half the elements promise it, twice as many tell how far these are off: a run where a search makes fifty.
 bool Straight::judge_by_doubled() {
   constexpr double promising = 2.0;
-  if (few_ > 0 || space_.size() == 0 || largest(space_) > promising * t_.accuracy || run_.results.statistics.cpu_seconds > dear_run)
-    return false;
+  if (few_ > 0 || space_.size() == 0 || largest(space_) > promising * t_.accuracy || run_.results.statistics.work > dear_run) return false;
   const std::optional<Scene> twice = t_.search.doubled();
   if (!twice) return false;
   space_margin_ = finer_margin;
@@ -285,6 +299,14 @@ bool Straight::judge_by_doubled() {
 
 // Worth more than may be left out, and off because the scene lists its effects: a search would not have it either.
 bool Straight::chosen_by_scene(const LeftOutWorth& w) const { return w.share > 0.5 * t_.accuracy && !decided(w); }
+
+// What the scene's own list leaves out is worth more than what is asked, surely: no search brings it there.
+bool Straight::leaves_out_more() const {
+  constexpr double surely = 2.0;
+  const auto more = [&](const LeftOutWorth& w) { return w.share > surely * t_.accuracy && !decided(w); };
+  return std::any_of(run_.left_out.begin(), run_.left_out.end(), more) ||
+         std::any_of(run_.second_order.begin(), run_.second_order.end(), more);
+}
 
 // Deformations that are off, by what the motion says of them. following: what the scene's own list leaves out is told at the end.
 bool Straight::judge_deformations(bool following) {
@@ -299,12 +321,14 @@ bool Straight::judge_deformations(bool following) {
   return true;
 }
 
+bool Straight::by_program(const EffectState& s) const { return t_.search.decides(s) || (s.effect == "shear" && s.by == "program"); }
+
 // Whether the program left it out, not the scene.
 bool Straight::decided(const LeftOutWorth& w) const {
   return std::all_of(w.owners.begin(), w.owners.end(), [&](const std::string& owner) {
     return std::any_of(run_.effects.begin(), run_.effects.end(), [&](const EffectState& s) {
       if (s.owner != owner || s.effect != w.effect) return false;
-      return t_.search.decides(s) || (s.effect == "shear" && s.by == "program");
+      return by_program(s);
     });
   });
 }
@@ -315,16 +339,34 @@ void Straight::leave(const std::string& effect, const std::vector<std::string>& 
 }
 
 // What the motion says of the effects that are off; those that a pair of runs tells better by one where they may decide.
-bool Straight::judge_effects(bool following) {
-  if (!judge_deformations(following)) return false;
+bool Straight::judge_effects(bool following) { return judge_deformations(following) && measure_effects(t_.options->method, following); }
+
+// Deformations that may not be left out because events shift with them come, before a search begins that would bring them too; whether
+// there were any.
+bool Straight::bring_what_shifts() {
+  if (!t_.search.touches || few_ > 0) return false;
+  bool more = false;
+  for (const LeftOutWorth& w : run_.left_out) {
+    if (!w.possible || w.share <= may_shift_events || !decided(w)) continue;
+    const std::vector<EffectState> states = t_.search.states;
+    for (const EffectState& s : states)
+      if (!s.on && s.effect == w.effect && by_program(s) && std::find(w.owners.begin(), w.owners.end(), s.owner) != w.owners.end())
+        t_.search.set_effect(s, true), more = true;
+  }
+  return more;
+}
+
+// Of stiffening, gyroscopic terms and what shifts forces, beside the deformations; the method is that of the runs. following: as above.
+bool Straight::measure_effects(const std::optional<Method>& method, bool following) {
   NeglectOptions check;
   check.tolerance = 10.0 * tolerance_;
-  check.method = t_.options->method;
+  check.method = method;
   check.floor = largest(time_);
-  check.budget = std::max(check_price * run_.results.statistics.cpu_seconds, 0.05);
+  check.budget = std::max(check_price * run_.results.statistics.work, 0.05);
   std::vector<std::string> measured;
   for (const LeftOutWorth& w : run_.second_order) {
     // No less is told than half of what is true.
+    if (following && chosen_by_scene(w)) continue;
     if (2.0 * w.share > 0.2 * t_.accuracy) measured.push_back(w.effect);
     else if (decided(w)) leave(w.effect, w.owners, 2.0 * w.share);
   }
@@ -351,7 +393,7 @@ bool Straight::check(Finished& f) {
   warn_of_coarse_beams(coarse_beams(f.scene, run_.effects, f.results), 0.5 * t_.accuracy, s.notes);
   ModelCheckOptions models;
   models.asked = t_.accuracy;
-  models.budget = check_budget(s.cpu_seconds);
+  models.budget = check_budget(s.work);
   models.run.tolerance = f.loose_tolerance;
   models.run.floor = std::max(f.time, apart(f.looser, whole));
   models.run.method = f.method;
@@ -434,10 +476,10 @@ std::optional<Finished> Straight::finish_as_written() {
   short_of_margins_ = exceeds(elastic_margin, none) || exceeds(effects_margin, left_out);
   f.add_up(thinned, time_, space_, left_out);
   if (short_of_margins_) return std::nullopt;
-  t_.decade = std::max(1.05, run_.results.statistics.cpu_seconds / std::max(looser_.statistics.cpu_seconds, 1e-9));
+  t_.decade = std::max(1.05, run_.results.statistics.work / std::max(looser_.statistics.work, 1e-9));
   f.results = run_.results;
-  report_left_out(f.scene, run_.left_out, t_.accuracy, f.results.statistics);
-  report_left_out(f.scene, run_.second_order, t_.accuracy, f.results.statistics);
+  f.warned = std::max(report_left_out(f.scene, run_.left_out, t_.accuracy, f.results.statistics),
+                      report_left_out(f.scene, run_.second_order, t_.accuracy, f.results.statistics));
   if (!check(f) && warned(f.results.statistics.notes, false)) return std::nullopt;
   if (f.error > t_.accuracy) return std::nullopt;
   return f;
@@ -450,7 +492,7 @@ std::optional<Finished> Straight::followed(double within) const {
   task.straight = true;
   task.search.method = Method::exponential;
   task.search.accuracy = t_.accuracy;
-  const bool slow = std::any_of(fine_.units.begin(), fine_.units.end(), converges_slowly);
+  const bool slow = fine_.units.empty() ? t_.search.reads_forces : std::any_of(fine_.units.begin(), fine_.units.end(), converges_slowly);
   // Of several bodies the stiffer ones get few modes.
   int bodies = 0;
   for (size_t b = 0; b < t_.search.scene().bodies.size(); ++b) bodies += t_.search.chooses(b);
@@ -472,9 +514,18 @@ std::optional<Finished> Straight::followed(double within) const {
     return (s.effect == "axial" || s.effect == "torsion") && (s.on || (s.possible && t_.search.decides(s)));
   });
   const double clear = stiff ? std::min(tolerance, std::max(nearly_free, 3e-5 * t_.accuracy)) : tolerance;
-  // Where each mode costs that much, rounds from few of them on cost less than one with too many.
+  // Where each mode costs that much, rounds from few of them on cost less than one with too many. What is damped far has fast modes that
+  // follow their loads, for which static shapes stand, and decays that set the steps (geared arm at 1e-3: two modes 5e-5 off in 0.002 CPU
+  // s, sixteen 0.09).
   constexpr double few_at_first = 2.0;
-  task.setting = {Search::level_for_modes(few_ > 0 ? few_at_first : std::min(modes, most_at_first)), std::clamp(clear, 1e-10, 1e-4)};
+  const bool few = few_ > 0 || !t_.search.rings;
+  // Of what is damped a run ten times looser may do: its own looser one tells, for a third of its price. What rings undamped is off by
+  // more, but for a tenth (pendulum, slider-crank at 1e-3: tried in vain, a quarter of the run's price), what samples by far less.
+  constexpr double a_tenth = 0.05;
+  task.clear = std::clamp(clear, 1e-10, 1e-4);
+  const bool looser = task.clear >= free_at_least && (!t_.search.undamped || t_.accuracy >= a_tenth);
+  const double start = looser ? std::min(10.0 * task.clear, 1e-4) : task.clear;
+  task.setting = {Search::level_for_modes(few ? few_at_first : std::min(modes, most_at_first)), start};
   // However stiff, a body may carry what makes it bend, and no judge would see that it is rigid (three welded beams in space, the shortest
   // rigid: 0.53 of the range, told as 7e-4).
   for (const std::string& name : task.search.rigid_at(task.setting)) task.search.flexible.insert(name);
@@ -482,10 +533,10 @@ std::optional<Finished> Straight::followed(double within) const {
   task.rigid = MatX::Zero(looser_.values.rows(), looser_.values.cols());
   task.left_out = constant_effects(looser_);
   task.shares = shares_;
-  task.search.until = std::min(until_, cpu_seconds() + within);
+  task.search.until = std::min(until_, work_seconds() + within);
   std::optional<Finished> f;
   try {
-    f = finish_followed(task, std::max(shortest, 30.0 * run_.results.statistics.cpu_seconds));
+    f = finish_followed(task, std::max(shortest, 30.0 * run_.results.statistics.work));
   } catch (const SearchSpent&) {
     // So far off that a search, which takes the same way again, would not bring it there either.
     const std::optional<Finished>& nearest = *task.nearest;
@@ -520,7 +571,7 @@ std::optional<Finished> Straight::follow_vibrations(double within) {
   // More modes would not do in the time of a search, which would go the same way again; volumes are another way, where they can.
   if (f->error > t_.accuracy && bending_.share > 0.5 * f->error) {
     const double price = price_of_volumes(*f);
-    if (price <= search_allowance(run_.results.statistics.cpu_seconds)) return std::nullopt;
+    if (price <= search_allowance(run_.results.statistics.work) && !leaves_out_more()) return std::nullopt;
     f->unreached = fmt::format(
         "; beams bend too far for one frame, and a search with volumes would take some {:.0f} CPU s: request less "
         "accuracy, or give volumes",
@@ -528,9 +579,15 @@ std::optional<Finished> Straight::follow_vibrations(double within) {
   }
   // Where runs are dear, those of a search have fewer modes yet: it brings what misses by little there (console of two beams in space).
   if (f->error > t_.accuracy && few_ > 0 && f->error <= within_reach * t_.accuracy) return std::nullopt;
-  if (f->error > t_.accuracy) return f;
+  const auto chosen = [&](const LeftOutWorth& w) { return chosen_by_scene(w); };
+  const bool by_choice = std::any_of(run_.left_out.begin(), run_.left_out.end(), chosen) ||
+                         std::any_of(run_.second_order.begin(), run_.second_order.end(), chosen);
+  if (f->error > t_.accuracy) {
+    if (by_choice || leaves_out_more()) report_chosen(*f);
+    return f;
+  }
   if (!checked || std::hypot(f->error, effects_) > t_.accuracy) return std::nullopt;
-  if (std::any_of(run_.left_out.begin(), run_.left_out.end(), [&](const LeftOutWorth& w) { return chosen_by_scene(w); })) report_chosen(*f);
+  if (by_choice) report_chosen(*f);
   return f;
 }
 
@@ -541,7 +598,7 @@ void Straight::report_chosen(Finished& f) const {
   NeglectOptions check;
   check.tolerance = f.loose_tolerance;
   check.floor = std::max(f.time, apart(f.looser, whole));
-  check.budget = std::max(check_price * s.cpu_seconds, least_check);
+  check.budget = std::max(check_price * s.work, least_check);
   check.method = f.method;
   check.run = &whole;
   check.run_tolerance = f.setting.tolerance;
@@ -551,25 +608,73 @@ void Straight::report_chosen(Finished& f) const {
   for (const LeftOutWorth& w : run_.left_out)
     if (chosen_by_scene(w)) chosen.push_back(w);
   check.told = &chosen;
-  report_neglected(f.scene, run_.effects, f.looser, check, t_.accuracy, s);
-  report_left_out(f.scene, chosen, t_.accuracy, s);  // those that it could not measure
+  f.warned = report_neglected(f.scene, run_.effects, f.looser, check, t_.accuracy, s);
+  f.warned = std::max(f.warned, report_left_out(f.scene, chosen, t_.accuracy, s));  // those that it could not measure
 }
 
-// Whether the first run tells enough although its motion calls for more effects: its vibrations have to be followed, which is another run,
-// with them; nothing else has to be measured beside it.
-bool Straight::follows_as_called(const Scene& scene) {
+// What the first run tells although its motion calls for more effects: where its vibrations are to be followed, which is another run, with
+// them, nothing else has to be measured beside it. Else `tighter`.
+Straight::Verdict Straight::verdict_as_called(const Scene& scene) {
   if (few_ == 0) t_.search = Search(run_.scene, *t_.options);
   t_.search.until = until_;
   const Verdict verdict = judge_time(as_run(scene));
   has_looser_ = false, before_ = 0.0;
-  if (verdict != Verdict::follow || !run_.second_order.empty()) return false;
+  if ((verdict != Verdict::follow && (tried_ || verdict != Verdict::rather_follow)) || !run_.second_order.empty()) return Verdict::tighter;
   std::erase_if(run_.left_out, [&](const LeftOutWorth& w) {
     return std::any_of(run_.effects.begin(), run_.effects.end(), [&](const EffectState& s) {
       return s.on && s.effect == w.effect && std::find(w.owners.begin(), w.owners.end(), s.owner) != w.owners.end();
     });
   });
-  return std::none_of(run_.left_out.begin(), run_.left_out.end(),
-                      [&](const LeftOutWorth& w) { return w.possible && w.inside > 0.5 * t_.accuracy; });
+  const bool open = std::any_of(run_.left_out.begin(), run_.left_out.end(),
+                                [&](const LeftOutWorth& w) { return w.possible && w.inside > 0.5 * t_.accuracy; });
+  return open ? Verdict::tighter : verdict;
+}
+
+// Follows them for a while; where that does not keep the accuracy all is as it was before.
+std::optional<Finished> Straight::try_following() {
+  tried_ = true;
+  // What is damped far may have decays so fast that the method takes a step for each: tighter steps of an implicit one are the other way.
+  constexpr double least_try = 0.1, dearer_try = 3.0;
+  const double begun = work_seconds(), run = run_.results.statistics.work;
+  const JudgedRun stepped = run_;
+  const Search search = t_.search;
+  if (judge_effects(true))
+    if (std::optional<Finished> f = follow_vibrations(few_ > 0          ? shortest
+                                                      : t_.search.rings ? std::max(0.3, run)
+                                                                        : least_try + dearer_try * run);
+        f && f->error <= t_.accuracy)
+      return f;
+  run_ = stepped;
+  t_.search = search;
+  until_ += work_seconds() - begun;
+  t_.search.until = until_;
+  return std::nullopt;
+}
+
+// Without a run before it: where runs of few modes are dear too, each of an implicit method costs as much as all that follow vibrations.
+// What is left out is told by the run itself.
+std::optional<Finished> Straight::follow_first() {
+  if (!t_.search.smooth || !t_.search.rings || !t_.search.elastic || follows_vibrations(t_.options->method)) return std::nullopt;
+  if (t_.search.scene().simulation.method != Method::automatic || t_.options->method) return std::nullopt;
+  const Search search = t_.search;
+  const double asked_for = tolerance_;
+  std::optional<Finished> f = follow_vibrations(shortest);
+  if (f && f->error <= t_.accuracy) {
+    looser_ = f->looser;
+    time_ = MatX::Constant(1, 1, f->time);
+    tolerance_ = 0.1 * f->loose_tolerance;
+    if (measure_effects(f->method, true)) {
+      f->effects = std::hypot(f->effects, effects_);
+      f->error = std::max(std::hypot(f->error, effects_), f->time + std::hypot(f->space, f->effects));
+      if (f->error <= t_.accuracy) {
+        f->results.statistics.error_estimate = f->error;
+        return f;
+      }
+    }
+  }
+  run_ = {}, looser_ = {}, time_ = MatX(), tolerance_ = asked_for, effects_ = 0.0, shares_.clear();
+  t_.search = search;
+  return std::nullopt;
 }
 
 // More modes where these are what keeps a run from the accuracy, or what its margins ask for; false where there are enough of them.
@@ -586,14 +691,19 @@ std::optional<Finished> Straight::go(const Scene& as_given) {
   // Where forces at rest make most of what is seen, few modes bring the rest.
   constexpr int fewest_modes = 3;
   if (t_.search.dear_as_given()) few_ = std::max(fewest_modes, static_cast<int>(std::ceil(0.5 * std::pow(t_.accuracy, -1.0 / 3.0))));
+  if (few_ > 0)
+    if (std::optional<Finished> f = follow_first()) return f;
   Scene scene = as_given;
-  constexpr int most_tries = 4;
-  bool tried = false, again = false;
+  constexpr int most_tries = 6;
+  bool again = false, brought = false;
   for (int k = 0; k < most_tries; ++k) {
     const double last = tolerance_;
     bool ran = run_pilot(scene, std::exchange(again, true));
     if (ran && run_.called) {
-      if (follows_as_called(scene)) return judge_effects(true) ? follow_vibrations(unlimited) : std::nullopt;
+      const Verdict called = verdict_as_called(scene);
+      if (called == Verdict::follow) return judge_effects(true) ? follow_vibrations(unlimited) : std::nullopt;
+      if (called == Verdict::rather_follow)
+        if (std::optional<Finished> f = try_following()) return f;
       ran = run_pilot(run_.scene);
     }
     if (!ran) {
@@ -608,12 +718,18 @@ std::optional<Finished> Straight::go(const Scene& as_given) {
       scene = run_.scene;
     }
     t_.search.until = until_;
-    if (few_ > 0 || run_.results.statistics.cpu_seconds > dear_run) left = for_search(false);
+    if (few_ > 0 || run_.results.statistics.work > dear_run) left = for_search(false);
     const Verdict verdict = judge_time(as_run(scene));
-    allowed_ = 0.5 + 20.0 * run_.results.statistics.cpu_seconds;
+    allowed_ = 0.5 + 20.0 * run_.results.statistics.work;
     if (verdict == Verdict::kept) {
       left = for_search(true);
-      if (!judge_effects()) return std::nullopt;
+      if (!judge_effects()) {
+        if (std::exchange(brought, true) || !bring_what_shifts()) return std::nullopt;
+        scene = t_.search.scene();
+        has_looser_ = false, before_ = 0.0;
+        --k;
+        continue;
+      }
       bool resolved = judge_space();
       if (resolved)
         if (std::optional<Finished> f = finish_as_written(); f || !short_of_margins_) return f;
@@ -625,7 +741,10 @@ std::optional<Finished> Straight::go(const Scene& as_given) {
         --k;  // the tolerance is the same
         continue;
       }
-      if (!resolved) return std::nullopt;
+      // Its elements do not tell: modes do, before a search.
+      const bool may_follow = t_.search.smooth && t_.search.elastic && !follows_vibrations(t_.options->method);
+      if (!resolved && (tried_ || !may_follow)) return std::nullopt;
+      if (!resolved) return try_following();
     }
     if (verdict == Verdict::follow) {
       if (!judge_effects(true)) return std::nullopt;
@@ -633,20 +752,8 @@ std::optional<Finished> Straight::go(const Scene& as_given) {
     }
     if (verdict == Verdict::lost) return std::nullopt;
     // Where that does not do, tighter steps may.
-    if (verdict == Verdict::rather_follow && !tried) {
-      tried = true;
-      const double begun = cpu_seconds();
-      const JudgedRun stepped = run_;
-      const Search search = t_.search;
-      if (judge_effects(true))
-        if (std::optional<Finished> f = follow_vibrations(few_ > 0 ? shortest : std::max(0.3, run_.results.statistics.cpu_seconds));
-            f && f->error <= t_.accuracy)
-          return f;
-      run_ = stepped;
-      t_.search = search;
-      until_ += cpu_seconds() - begun;
-      t_.search.until = until_;
-    }
+    if (verdict == Verdict::rather_follow && !tried_)
+      if (std::optional<Finished> f = try_following()) return f;
     // One decade finds its looser run already there.
     const bool decade = has_looser_ && step_ > 0.05;
     tolerance_ = std::max(1e-11, (decade ? 0.1 : step_) * last);

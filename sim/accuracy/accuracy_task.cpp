@@ -25,6 +25,11 @@ double apart(const Histories& a, const Histories& reference) {
   return compare_histories(a, reference, output_ranges(reference, a)).largest;
 }
 
+double of_kind(const std::string& unit, const ByKind& factors) {
+  if (unit == "m" || unit == "rad" || unit == "J" || unit == "1") return factors[0];
+  return unit == "m/s" || unit == "rad/s" ? factors[1] : factors[2];
+}
+
 double largest(const MatX& m) { return m.size() > 0 ? m.cwiseAbs().maxCoeff() : 0.0; }
 
 void Task::find_left_out(const Setting& here, const Histories& run, double seconds) {
@@ -66,7 +71,7 @@ void Task::run_below() {
   // one by far. What fails at a tight tolerance as well fails.
   for (double longest = unlimited;;) {
     std::optional<Histories> wide = search.run_within(search.at(loose_below()), longest);
-    if (wide) longest = 1.0 + 10.0 * wide->statistics.cpu_seconds;
+    if (wide) longest = 1.0 + 10.0 * wide->statistics.work;
     std::optional<Histories> narrow = wide ? search.run_within(search.at(below()), longest) : std::nullopt;
     if (narrow) {
       loose = std::move(*wide);

@@ -8,6 +8,7 @@
 #include "sim/run/run_scene.h"
 
 #include <algorithm>
+#include <array>
 #include <memory>
 #include <optional>
 #include <string>
@@ -50,6 +51,7 @@ struct Task {
   std::vector<std::string> chosen;
   std::shared_ptr<std::optional<Finished>> nearest;  // the run that came nearest to the accuracy so far, of all ways
   bool straight = false;                             // no runs are spent on whether a looser one would have done
+  double clear = 1e300;  // straight: at this tolerance errors of time do not hide what modes lack; looser ones have to show it
 
   Setting below() const { return {search.has_levels() ? setting.level - 1 : setting.level, setting.tolerance}; }
   Setting loose_below() const { return {below().level, 10.0 * setting.tolerance}; }
@@ -75,6 +77,13 @@ bool nothing_counts(const Histories& a, const Histories& b);
 // The largest of it.
 double apart(const Histories& a, const Histories& reference);
 double largest(const MatX& m);
+
+// Factors for what a run changes in places, in rates, and in forces and accelerations.
+using ByKind = std::array<double, 3>;
+double of_kind(const std::string& unit, const ByKind& factors);
+// What is lacking, as a share of what half the elements, volumes or modes change, the fewest of a body being so many: they err by four
+// times as much at least, in what is no rate; rates of vibrations converge slowly, and few elements in no order that one could rely on.
+inline ByKind by_half(int fewest) { return fewest < 4 ? ByKind{1.0, 2.0, 2.0} : ByKind{1.0 / 3.0, 1.0, 2.0}; }
 
 // Time, one level below: the tolerance is lowered until half of the asked error is kept. Where vibrations have to be followed for that,
 // `others` gets the ways that do as well at this level: which of them is the cheapest one may be another matter with more modes.
@@ -109,8 +118,10 @@ struct Finished {
   std::string column;
   double time = 0.0, space = 0.0, effects = 0.0;  // its parts
   double loose_tolerance = 0.0;                   // of `looser`
+  double warned = 0.0;                            // what is left out by the scene's own choice and warned of, beside the error
   std::string unreached;                          // why no search is made where the error is larger than what is asked; empty: the modes
   double cpu() const { return results.statistics.cpu_seconds; }
+  double work() const { return results.statistics.work; }
   // Errors of one output at about the same time add up; those of space and of what is left out have nothing to do with each other, and add
   // as squares. Columns x samples of `fine`. Errors of time that may not fall with the tolerance are `equal` times those, and add as
   // squares too: whichever is more.

@@ -15,7 +15,7 @@ struct Follower {
   double time = 1.0;  // error of the tighter run
   std::optional<Histories> looser, tighter;
 
-  double cpu() const { return tighter->statistics.cpu_seconds; }
+  double cpu() const { return tighter->statistics.work; }
   void run(Search& search, int level, double seconds) {
     search.method = method;
     const auto at = [&](double x) { return search.run_within(search.at({level, x}), seconds); };
@@ -55,7 +55,7 @@ void settle_time(Task& t, std::vector<Task>* others) {
     // Each round lowers the followers' tolerances by a decade, for as long as the next round would take.
     for (Follower& f : followers) {
       if (followed || !f.pays || t.coarse.statistics.method == method_name(f.method)) continue;
-      const double longest = (round == 0 ? 20.0 : 4.0) * t.coarse.statistics.cpu_seconds;
+      const double longest = (round == 0 ? 20.0 : 4.0) * t.coarse.statistics.work;
       f.run(search, t.below().level, longest);
       // Vibrations that nothing damps have to be followed to the end: more decades are tried while they help. Damped ones leave long steps
       // to others.
@@ -68,7 +68,7 @@ void settle_time(Task& t, std::vector<Task>* others) {
     const Follower* const found = best();
     followed = found != nullptr;
     if (settled) break;
-    if (followed && (!others || t.coarse.statistics.cpu_seconds > found->cpu())) break;
+    if (followed && (!others || t.coarse.statistics.work > found->cpu())) break;
     if (!followed)
       for (Follower& f : followers) f.tolerance *= 0.1;
     const double step = std::clamp(std::pow(0.4 * t.accuracy / t.time, 1.0 / cautious_order), 0.01, 0.2);
@@ -82,7 +82,7 @@ void settle_time(Task& t, std::vector<Task>* others) {
     t.run_below();
   }
   const auto decade = [](Task& task) {
-    task.decade = std::max(1.05, task.coarse.statistics.cpu_seconds / std::max(task.loose.statistics.cpu_seconds, 1e-9));
+    task.decade = std::max(1.05, task.coarse.statistics.work / std::max(task.loose.statistics.work, 1e-9));
   };
   decade(t);
   if (!followed) return;

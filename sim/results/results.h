@@ -111,6 +111,7 @@ struct SolverStatistics {
   double tolerance = 0.0;
   long steps = 0, evaluations = 0, jacobians = 0, events = 0, restarts = 0;
   double cpu_seconds = 0.0;                   // of the time integration, the model's making excluded
+  double work = 0.0;                          // the same as it is counted (base/work_clock.h), s: what decides
   double error_estimate = -1.0;               // relative to each output's range, the worst output; negative: not estimated
   std::string error_column;                   // that output
   std::optional<AccuracyStatement> accuracy;  // where one was asked for

@@ -239,7 +239,7 @@ NeglectCheck check_neglected(const Scene& scene, const std::vector<EffectState>&
   pair.tolerance = options.tolerance;
   pair.method = options.method;
   pair.samples = static_cast<int>(base.times.size());
-  double longest = base.statistics.cpu_seconds;
+  double longest = base.statistics.work;
   for (const Untried& candidate : neglected(states, options)) {
     Neglected n;
     n.effect = candidate.effect;
@@ -258,7 +258,7 @@ NeglectCheck check_neglected(const Scene& scene, const std::vector<EffectState>&
         out.untried.push_back(candidate);
         continue;
       }
-      longest = std::max(longest, changed->statistics.cpu_seconds);
+      longest = std::max(longest, changed->statistics.work);
       if (changed->columns != base.columns) continue;
       const Difference d = compare_histories(*changed, base, common_ranges(*changed, base, options.deflection));
       n.share = d.largest;
@@ -324,8 +324,8 @@ void merge(std::vector<LeftOutWorth>& all, const LeftOutWorth& next, const Same&
 
 }  // namespace
 
-void report_neglected(const Scene& scene, const std::vector<EffectState>& states, const Histories& base, const NeglectOptions& options,
-                      double asked, SolverStatistics& out) {
+double report_neglected(const Scene& scene, const std::vector<EffectState>& states, const Histories& base, const NeglectOptions& options,
+                        double asked, SolverStatistics& out) {
   NeglectOptions confirmed = options;
   confirmed.confirm_above = asked;
   const NeglectCheck check = check_neglected(scene, states, base, confirmed);
@@ -333,10 +333,12 @@ void report_neglected(const Scene& scene, const std::vector<EffectState>& states
     return options.told &&
            std::any_of(options.told->begin(), options.told->end(), [&](const LeftOutWorth& w) { return w.effect == effect; });
   };
+  double warned = 0.0;
   for (const Neglected& n : check.found) {
     if (options.told) std::erase_if(*options.told, [&](const LeftOutWorth& w) { return w.effect == n.effect; });
     if (n.share > asked && n.resolved) {
       out.notes.warn("", neglect_text(scene, n));
+      warned = std::max(warned, n.share);
       continue;
     }
     const std::string influence =
@@ -350,9 +352,10 @@ void report_neglected(const Scene& scene, const std::vector<EffectState>& states
         "", fmt::format("{} of {} left out; its influence was not checked: {}; flexframe effects measures it", u.effect, quoted(u.owners),
                         u.failed.empty() ? "that would take longer than the run" : "with it the run fails (" + u.failed + ")"));
   }
+  return warned;
 }
 
-void report_left_out(const Scene& scene, const std::vector<LeftOutWorth>& found, double asked, SolverStatistics& out) {
+double report_left_out(const Scene& scene, const std::vector<LeftOutWorth>& found, double asked, SolverStatistics& out) {
   const auto neglected = [](const LeftOutWorth& f) { return Neglected{f.effect, f.owners, f.share, f.column, true, f.possible}; };
   // Like bodies give one line.
   std::vector<LeftOutWorth> warned, told;
@@ -362,12 +365,14 @@ void report_left_out(const Scene& scene, const std::vector<LeftOutWorth>& found,
       merge(warned, f, [&](const LeftOutWorth& have) { return remedy_of(scene, neglected(have)) == remedy_of(scene, neglected(f)); });
     else merge(told, f, [&](const LeftOutWorth& have) { return (have.share > 0.0) == (f.share > 0.0); });
   }
-  for (const LeftOutWorth& f : warned) out.notes.warn("", neglect_text(scene, neglected(f)));
+  double most = 0.0;
+  for (const LeftOutWorth& f : warned) out.notes.warn("", neglect_text(scene, neglected(f))), most = std::max(most, f.share);
   for (const LeftOutWorth& f : told)
     out.notes.tell(
         "", fmt::format("{} of {} left out: {}", f.effect, quoted(f.owners),
                         f.share > 0.0 ? fmt::format("{}{:.1g} of the range of {}", f.owners.size() > 1 ? "at most " : "", f.share, f.column)
                                       : "no influence on the outputs"));
+  return most;
 }
 
 bool call_for(const std::vector<LeftOutWorth>& found, double asked, Scene& scene, Notes& notes) {

@@ -1,6 +1,7 @@
 #include "sim/run/integrate_run.h"
 
 #include "sim/base/cpu_clock.h"
+#include "sim/base/work_clock.h"
 #include "sim/dynamics/closure.h"
 #include "sim/dynamics/massless.h"
 #include "sim/dynamics/signals.h"
@@ -10,6 +11,7 @@
 #include "sim/time/event_watch.h"
 #include "sim/time/events.h"
 #include "sim/time/newton_matrix.h"
+#include "sim/time/price.h"
 #include "sim/time/step_guard.h"
 
 #include <fmt/format.h>
@@ -125,7 +127,7 @@ class MotionRun {
   RunSpan& span;
   const std::vector<double>& times;
   const Sample& sample;
-  const double start = cpu_seconds();
+  const double start = cpu_seconds(), begun_work = work_seconds();
   SolverStatistics out;
   OdeProblem problem;
   int joints_age = 0;  // steps since the joints' columns of Newton's matrix were made; 0: none are
@@ -223,6 +225,7 @@ void MotionRun::define_jacobians() {
       // A stage starts from the beginning of its step: its time is that of the rates.
       const bool keep = system.model.loops.empty() && joints_age > 0 && joints_age < joints_last;
       update_newton_matrix(system, here ? at_work.t : t, state, here ? at_work.dy.data() : nullptr, {fresh, keep}, into);
+      count_work(newton_price(static_cast<double>(into.A.rows())));
       joints_age = fresh || !keep ? 1 : joints_age + 1;
     };
   problem.closed_derivatives = [this](double t, const double* state, MechanicalJacobian& into) {
@@ -231,6 +234,7 @@ void MotionRun::define_jacobians() {
       problem.rhs(t, state, rates.data());
     }
     update_closed_matrix(system, state, into);
+    count_work(linear_model_price(static_cast<double>(into.A.rows())));
   };
   problem.all_derivatives = [this](double t, const double* state, MatX& A, MatX& B) {
     at_work.valid = false;
@@ -373,6 +377,7 @@ bool MotionRun::hand_out_samples(double now) {
     const double t = std::min(times[next], now);
     integrator->interpolate(t, at);
     sample(system, t, at);
+    count_work(evaluations_a_sample * system.price);
   }
   at_work.valid = false;
   return sampled;
@@ -486,7 +491,7 @@ void MotionRun::keep_to_budget(double now) {
   const double most = told_to.most_steps, duration = span.to;
   const long steps = steps_so_far();
   // Short steps may pass: what sticks and lets go again takes some ten thousand of them. Nobody waits for those of small systems.
-  const bool long_enough = steps >= 50000 || cpu_seconds() - start >= 5.0;
+  const bool long_enough = steps >= 50000 || work_seconds() - begun_work >= 5.0;
   if (static_cast<double>(steps) < most && !(long_enough && review.hopeless(most))) return;
   const double length = review.step() > 0.0 ? review.step() : now / static_cast<double>(std::max(1L, steps));
   throw SimulationError(fmt::format(
@@ -569,6 +574,7 @@ SolverStatistics MotionRun::run() {
   span.state = y;
   out.evaluations = system.evaluations;
   out.cpu_seconds = cpu_seconds() - start;
+  out.work = work_seconds() - begun_work;
   return out;
 }
 

@@ -1,6 +1,6 @@
 #include "sim/run/model_check.h"
 
-#include "sim/base/cpu_clock.h"
+#include "sim/base/work_clock.h"
 #include "sim/bodies/beam.h"
 #include "sim/bodies/beam_terms.h"
 #include "sim/run/second_run.h"
@@ -257,7 +257,7 @@ class Comparison {
   bool too_long() const { return too_long_; }
 
   // CPU s of the last run of the richer scene, 0: none came to an end.
-  double rich_cpu() const { return rich_run_.statistics.cpu_seconds; }
+  double rich_cpu() const { return rich_run_.statistics.work; }
 
  private:
   struct BudgetSpent {};
@@ -641,10 +641,10 @@ bool any_to_check(const Scene& scene, const std::vector<LinearLimit>& limits, co
 BendingWorth check_models(const Scene& scene, const std::vector<EffectState>& states, const std::vector<LinearLimit>& limits,
                           const Histories& base, const ModelCheckOptions& options, SolverStatistics& out) {
   ModelCheckOptions left = options;
-  const double until = cpu_seconds() + options.budget;
+  const double until = work_seconds() + options.budget;
   for (const auto& check : {check_forms, check_elements, check_tipping}) {
     check(scene, states, base, left, out);
-    left.budget = std::max(0.0, until - cpu_seconds());
+    left.budget = std::max(0.0, until - work_seconds());
   }
   return check_bending(scene, states, limits, base, left, out);
 }

@@ -307,7 +307,7 @@ Measured measure(Unjudged& run, bool judge_models) {
     if (body.displacement.size() > 0) check.deflection = std::max(check.deflection, body.displacement.cwiseAbs().maxCoeff());
   for (const LeftOutWorth& w : alone.to_measure) check.further.push_back(w.effect);
   // Also where no output moves: another model's may.
-  ModelCheckOptions richer{unasked_accuracy, model_check_budget(results.statistics.cpu_seconds), check};
+  ModelCheckOptions richer{unasked_accuracy, model_check_budget(results.statistics.work), check};
   if (judge_models) {
     richer.may_tip = beams_that_may_tip(run.scene, alone.effects, results);
     richer.between_samples =
@@ -330,14 +330,14 @@ Measured measure(Unjudged& run, bool judge_models) {
     check_models(run.scene, alone.effects, alone.limits, *run.beside.looser, richer, results.statistics);
   }
   // A second run of the same length is made of short ones only.
-  if (judge_models && results.statistics.cpu_seconds <= least_check)
+  if (judge_models && results.statistics.work <= least_check)
     warn_of_few_modes(run.scene, options, run.reference, check.deflection, unasked_accuracy, results.statistics);
   const bool forces = std::any_of(alone.to_measure.begin(), alone.to_measure.end(),
                                   [](const LeftOutWorth& w) { return shifts_forces(w, unasked_accuracy); });
   if (effects > 0 && (paired || beside_run) && (forces || output_ranges(run.reference).maxCoeff() > 0.0)) {
     // What shifts events is not known without its run.
     const bool shifting = std::any_of(alone.to_measure.begin(), alone.to_measure.end(), is_deformation);
-    check.budget = std::max(check_price * results.statistics.cpu_seconds, shifting ? 2.0 * least_check : least_check);
+    check.budget = std::max(check_price * results.statistics.work, shifting ? 2.0 * least_check : least_check);
     report_neglected(run.scene, alone.effects, paired ? *run.beside.looser : run.reference, check, unasked_accuracy, results.statistics);
   }
   return {models && paired, !resolved};

@@ -1,6 +1,6 @@
 #include "sim/run/second_run.h"
 
-#include "sim/base/cpu_clock.h"
+#include "sim/base/work_clock.h"
 
 namespace flexframe::sim {
 namespace {
@@ -15,9 +15,9 @@ bool takes_too_long(double taken, double done, double budget) {
 }  // namespace
 
 std::optional<Histories> simulated_within(const Scene& scene, SimulateOptions options, double budget, double& spent) {
-  const double start = cpu_seconds();
+  const double start = work_seconds();
   options.progress = [&, start](double time) {
-    if (takes_too_long(cpu_seconds() - start, time / scene.simulation.duration, budget)) throw BudgetSpent{};
+    if (takes_too_long(work_seconds() - start, time / scene.simulation.duration, budget)) throw BudgetSpent{};
   };
   std::optional<Histories> out;
   try {
@@ -25,10 +25,10 @@ std::optional<Histories> simulated_within(const Scene& scene, SimulateOptions op
   } catch (const BudgetSpent&) {
     // None.
   } catch (...) {
-    spent += cpu_seconds() - start;
+    spent += work_seconds() - start;
     throw;
   }
-  spent += cpu_seconds() - start;
+  spent += work_seconds() - start;
   return out;
 }
 

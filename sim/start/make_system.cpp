@@ -11,6 +11,7 @@
 #include "sim/start/massless_find.h"
 #include "sim/start/static_problem.h"
 #include "sim/start/statics.h"
+#include "sim/time/price.h"
 
 #include <fmt/format.h>
 
@@ -118,6 +119,7 @@ System make_system(const Scene& scene, const BeforeRest& before) {
   if (system.plane && system.friction.reactions && !system.plane->forces_within) system.plane.reset();
   system.quadrature = has_power(system.model);
   system.tolerance = scene.simulation.tolerance.value_or(default_tolerance);
+  system.price = evaluation_price(system);
   return system;
 }
 

@@ -1,7 +1,9 @@
 #include "sim/time/exponential.h"
 
 #include "sim/base/small_matrices.h"
+#include "sim/base/work_clock.h"
 #include "sim/time/power_series.h"
+#include "sim/time/price.h"
 
 #include <algorithm>
 #include <cmath>
@@ -408,6 +410,7 @@ bool ExponentialSolver::march(const Modes& modes, const Amounts& amounts, const 
     piece.terms.col(0).setZero();
     piece.terms.col(1) = z;
     piece.count = expand(series, most_terms, piece.terms.data());
+    count_work(series_price(piece.count > 0 ? piece.count : most_terms, static_cast<double>(rows)));
     if (piece.count == 0) {
       // Faster than the estimate said.
       if (++halved > 10) return false;

@@ -1,5 +1,7 @@
 #include "sim/time/system.h"
 
+#include "sim/base/work_clock.h"
+
 #include "sim/base/sized.h"
 #include "sim/dynamics/closure.h"
 #include "sim/dynamics/dynamics.h"
@@ -145,6 +147,7 @@ VecX repack_state(System& system, const VecX& old, const std::vector<Partition>&
 
 void state_rate(System& system, double t, const double* y, double* dy) {
   ++system.evaluations;
+  count_work(system.price);
   unpack_state(system, y);
   update_expressions(system.model, t, system.work);
   double supplied = 0.0, dissipated = 0.0;
@@ -173,6 +176,7 @@ void state_rate(System& system, double t, const double* y, double* dy) {
 
 void accelerate_beside(System& system, const double* y, bool masses, double* wdot) {
   ++system.evaluations;
+  count_work(system.price);
   Work& own = system.work;
   take_rates(system, y + system.model.nq, own.w);
   const auto make = [&](auto& work) {

@@ -25,6 +25,7 @@ struct System {
   std::shared_ptr<PlaneMotion> plane;
   bool quadrature = false;  // two more states: work supplied and dissipated, J
   long evaluations = 0;     // of state_rate
+  double price = 0.0;       // of one, s (base/work_clock.h)
   double tolerance = default_tolerance;
   FrictionState friction;
   std::vector<int> stops;  // parts whose joint has a stop
