@@ -15,7 +15,8 @@
 namespace flexframe::sim {
 
 // A run that loses the positive kinetic energy of a beam (far deformed, many modes: sim/DECISIONS.md, "One energy") is made again with
-// the complete one of the particles of the beam's axis, which costs several times as much but lasts.
+// the complete one of the particles of the beam's axis, which costs several times as much but lasts. All beams of the scene get it at
+// once: which of them a method blames hangs on its steps, and what a scene is computed with must not.
 template <class Run>
 auto with_complete_inertia(const Scene& scene, Run&& once) {
   std::optional<Scene> changed;
@@ -28,20 +29,19 @@ auto with_complete_inertia(const Scene& scene, Run&& once) {
       else out.statistics.notes.prepend(notes);
       return out;
     } catch (const SimulationError&) {
-      if (indefinite < 0) throw;
-      if (!changed) changed = scene;
-      // The one that is blamed; where that was not enough, all beams: in a loop one moves with the other.
+      if (indefinite < 0 || changed) throw;
+      changed = scene;
       bool more = false;
-      const auto complete = [&](BodyDef& body) {
+      for (BodyDef& body : changed->bodies) {
         auto* beam = std::get_if<BeamDef>(&body.kind);
-        if (!beam || beam->chosen.complete_inertia) return;
+        if (!beam || beam->chosen.complete_inertia) continue;
         beam->chosen.complete_inertia = more = true;
+        const std::string& lost = changed->bodies[indefinite].name;
         notes.tell(fmt::format("body '{}'", body.name),
-                   "deforms too far for the second-order kinetic energy: computed with the full kinetic energy of its axis");
-      };
-      complete(changed->bodies[indefinite]);
-      if (!more)
-        for (BodyDef& body : changed->bodies) complete(body);
+                   body.name == lost
+                       ? "deforms too far for the second-order kinetic energy: computed with the full kinetic energy of its axis"
+                       : fmt::format("computed with the full kinetic energy of its axis, because body '{}' deforms too far", lost));
+      }
       if (!more) throw;
     }
   }

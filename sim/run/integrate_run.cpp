@@ -87,6 +87,8 @@ class MotionRun {
         method(asked),
         from(asked_span.from) {}
   SolverStatistics run();
+  // After run has thrown: the scene's body whose kinetic energy was lost, -1 if none.
+  int lost_body() const;
 
  private:
   // ---- The problem that the integrators solve ----
@@ -105,6 +107,8 @@ class MotionRun {
   bool step(double end);
   double guarded(double ahead);
   void require_progress(double now);
+  // Ends the run: `what` happened, and what most likely causes it.
+  [[noreturn]] void give_up(const std::string& what, const std::string& complaint) const;
   // ---- After a step ----
   void sample_start();
   bool hand_out_samples(double now);
@@ -329,9 +333,9 @@ bool MotionRun::step(double end) {
   const bool idle = y.size() == system.model.nq + (system.quadrature ? 2 : 0);
   try {
     integrator->step(guarded(idle ? std::min(end, integrator->time() + 1.0 / system.model.settings.output_rate) : end));
-  } catch (const SimulationError&) {
+  } catch (const SimulationError& error) {
     // What no method can integrate fails again.
-    if (!automatic || method == Method::dirk || idle) throw;
+    if (!automatic || method == Method::dirk || idle) give_up(error.what(), integrator->complaint());
     use(Method::dirk, y);
     begin(integrator->time());
     return false;
@@ -362,8 +366,18 @@ void MotionRun::run_segment(double end) {
 void MotionRun::require_progress(double now) {
   standing = now - integrator->previous_time() > 1e-15 * now ? 0 : standing + 1;
   if (standing > 1000)
-    throw SimulationError(fmt::format("the integration stopped at t = {:.9g} s: the steps became too small; {}", now,
-                                      likely_cause(system, now, y, integrator->last_complaint())));
+    give_up(fmt::format("the integration stopped at t = {:.9g} s: the steps became too small", now), integrator->complaint());
+}
+
+void MotionRun::give_up(const std::string& what, const std::string& complaint) const {
+  const std::string cause = likely_cause(system, integrator->time(), y, complaint);
+  throw SimulationError(cause == what ? what : fmt::format("{}; {}", what, cause));
+}
+
+int MotionRun::lost_body() const {
+  int part = system.work.indefinite;
+  if (part < 0 && integrator) part = lost_inertia(system, integrator->time(), y);
+  return part < 0 ? -1 : system.model.parts[static_cast<size_t>(part)].scene_body;
 }
 
 // ---- After a step ----------------------------------------------------------------------------------------------------------------------
@@ -581,12 +595,14 @@ SolverStatistics MotionRun::run() {
 }  // namespace
 
 SolverStatistics integrate(System& system, Method method, RunSpan& span, const RunWatch& watch,
-                           const std::function<void(System&, double, const VecX&)>& sample, int& indefinite) try {
-  return MotionRun(system, method, span, watch, sample).run();
-} catch (const SimulationError&) {
-  if (system.work.indefinite < 0) system.work.indefinite = lost_inertia(system);
-  if (system.work.indefinite >= 0) indefinite = system.model.parts[system.work.indefinite].scene_body;
-  throw;
+                           const std::function<void(System&, double, const VecX&)>& sample, int& indefinite) {
+  MotionRun run(system, method, span, watch, sample);
+  try {
+    return run.run();
+  } catch (const SimulationError&) {
+    indefinite = run.lost_body();
+    throw;
+  }
 }
 
 }  // namespace flexframe::sim

@@ -1,11 +1,13 @@
 #include "sim/run/stop_reasons.h"
 
+#include "sim/base/eigen_solvers.h"
 #include "sim/dynamics/closure.h"
 #include "sim/dynamics/contacts.h"
 #include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/kinematics.h"
 #include "sim/dynamics/reduced_mass.h"
 #include "sim/dynamics/signals.h"
+#include "sim/scene/joint_kinds.h"
 
 #include <fmt/format.h>
 
@@ -27,26 +29,27 @@ std::string self_locking(const System& system) {
       system.model.parts[worst->part].joint.name, worst->normal);
 }
 
-// A loop near a position in which the driven rates grow without bound; empty where there is none.
+// A loop near a position in which rates grow without bound against those that make them: those of prescribed motions, or its independent
+// ones. Empty where there is none. That rates are fast says nothing: deformations may make them.
 std::string limit_of_reach(const System& system) {
-  for (size_t c = 0; c < system.model.clusters.size(); ++c) {
-    const Cluster& cluster = system.model.clusters[c];
+  constexpr double without_bound = 100.0;
+  const Model& model = system.model;
+  for (size_t c = 0; c < model.clusters.size(); ++c) {
+    const Cluster& cluster = model.clusters[c];
     const ClusterWork& cw = system.work.clusters[c];
-    if (!has_closure(cluster)) continue;
-    const auto speed = [&](int rate) {
-      return std::abs(system.work.w[cluster.v0 + rate]) * rate_scale(system.model, static_cast<int>(c), rate);
-    };
+    if (!has_closure(cluster) || cw.partition.dep.empty()) continue;
+    const int at = static_cast<int>(c);
     double driving = 0.0, driven = 0.0;
-    for (int k : cw.partition.ind) driving = std::max(driving, speed(k));
-    for (int k : cw.partition.dep) driven = std::max(driven, speed(k));
-    for (int i : cluster.parts)
-      if (const int motion = system.model.parts[i].joint.motion; motion >= 0)
-        driving = std::max(driving, std::abs(system.work.motion[motion].rate) * cluster.size);
-    if (driven > 100.0 * driving)
+    for (size_t k = 0; k < cw.partition.dep.size(); ++k)
+      driven = std::max(driven, std::abs(cw.e0[static_cast<Eigen::Index>(k)]) * rate_scale(model, at, cw.partition.dep[k]));
+    for (const int i : cluster.parts)
+      if (const TreeJoint& joint = model.parts[static_cast<size_t>(i)].joint; joint.motion >= 0)
+        driving = std::max(driving, std::abs(system.work.motion[joint.motion].rate) * (is_length(joint.kind, 0) ? 1.0 : cluster.size));
+    if ((driving > 0.0 && driven > without_bound * driving) || partition_growth(model, at, system.work) > without_bound)
       return fmt::format(
           "the mechanism is at the limit of its reach, where the rates in the loop of {} grow without bound; if it should go on, "
           "another way to assemble the loop may be meant: choose it by initial = {{ guess = ... }}",
-          closure_of(system.model, cluster));
+          closure_of(model, cluster));
   }
   return "";
 }
@@ -72,47 +75,88 @@ std::string moves_without_inertia(const System& system) {
   return "";
 }
 
+// The direction of a cluster's independent rates along which deformation leaves least of the kinetic energy, that with undeformed masses 1;
+// empty where it leaves a thousandth everywhere. D: reduced mass matrix, `undeformed` the same with undeformed masses.
+VecX lost_direction(const MatX& D, const MatX& undeformed) {
+  if (D.rows() == 0 || D.rows() != undeformed.rows()) return {};
+  const GeneralizedEigen eigen(D, undeformed);
+  if (eigen.info() != Eigen::Success || eigen.eigenvalues()[0] > 1e-3) return {};
+  return eigen.eigenvectors().col(0);
+}
+
+// Of the bodies that move along `direction` of a cluster's independent rates the one from whose kinetic energy deformation takes most. The
+// positions in `system` are known.
+int most_deformed(System& system, size_t cluster, const VecX& direction) {
+  const Model& model = system.model;
+  Work& work = system.work;
+  for (TimeJet& motion : work.motion) motion.rate = 0.0;
+  work.w.setZero();
+  const std::vector<int>& ind = work.clusters[cluster].partition.ind;
+  for (size_t k = 0; k < ind.size(); ++k) work.w[model.clusters[cluster].v0 + ind[k]] = direction[static_cast<Eigen::Index>(k)];
+  update_velocities(model, work);
+  int lost = -1;
+  double most = 0.0;
+  for (const int i : work.carrying.deforming) {
+    PartWork& p = work.parts[static_cast<size_t>(i)];
+    const FlexibleBody& body = kinetics(model, work, i);
+    // The complete energy of an axis is lost nowhere.
+    if (body.axis.root_mass.size() > 0 || body.rod) continue;
+    update_mass(body, p.q, p.terms);
+    const double now = kinetic_energy(body, p.terms, p.V, p.qd);
+    update_mass(body, VecX::Zero(body.n), p.terms);
+    if (const double taken = kinetic_energy(body, p.terms, p.V, p.qd) - now; taken > most) most = taken, lost = i;
+  }
+  return lost;
+}
+
+std::string words_of_lost(const Part& part, double t) {
+  return fmt::format(
+      "the kinetic energy of body '{}' is almost lost at t = {:.6g} s: its deformation is too large for second-order displacements; use "
+      "model = \"mixed\" with more volumes, fewer modes (keep_modes), or leave out stiffening",
+      part.name, t);
+}
+
 }  // namespace
 
-std::string likely_cause(System system, double t, const VecX& y, const std::string& complaint) {
-  if (!complaint.empty()) return complaint;
+int lost_inertia(System system, double t, const VecX& y) {
+  Work& work = system.work;
+  work.indefinite = -1;
+  try {
+    set_state(system, t, y.data(), true);
+    std::vector<MatX> deformed(work.clusters.size());
+    for (size_t c = 0; c < deformed.size(); ++c) reduced_mass(work.clusters[c], deformed[c]);
+    System straight = system;
+    for (const int i : work.carrying.deforming) {
+      const FlexibleBody& body = kinetics(system.model, straight.work, i);
+      update_mass(body, VecX::Zero(body.n), straight.work.parts[static_cast<size_t>(i)].terms);
+    }
+    update_accelerations(straight.model, straight.work);
+    MatX undeformed;
+    for (size_t c = 0; c < deformed.size(); ++c) {
+      reduced_mass(straight.work.clusters[c], undeformed);
+      const VecX direction = lost_direction(deformed[c], undeformed);
+      if (direction.size() == 0) continue;
+      if (const int part = most_deformed(system, c, direction); part >= 0) return part;
+    }
+  } catch (const SimulationError&) {
+    return work.indefinite;
+  }
+  return -1;
+}
+
+std::string likely_cause(const System& at_start, double t, const VecX& y, const std::string& complaint) {
+  System system = at_start;
+  system.work.indefinite = -1;
   try {
     set_state(system, t, y.data(), true);
   } catch (const SimulationError& error) {
     return error.what();
   }
+  if (const int part = lost_inertia(system, t, y); part >= 0) return words_of_lost(system.model.parts[static_cast<size_t>(part)], t);
+  if (!complaint.empty()) return complaint;
   for (const auto reason : {self_locking, limit_of_reach, moves_without_inertia})
     if (std::string words = reason(system); !words.empty()) return words;
   return "an acceleration grows without bound";
-}
-
-int lost_inertia(System& system) {
-  try {
-    if (system.plane) {
-      PlaneWork work(system.work, *system.plane);
-      complete_mass_matrices(system.model, work);
-    } else {
-      complete_mass_matrices(system.model, system.work);
-    }
-  } catch (const SimulationError&) {
-    if (system.work.indefinite >= 0) return system.work.indefinite;
-  }
-  int lost = -1;
-  double least = 1e-3;
-  for (size_t c = 0; c < system.model.clusters.size(); ++c) {
-    const Cluster& cluster = system.model.clusters[c];
-    const ClusterWork& cw = system.work.clusters[c];
-    const MatX& L = cw.L;
-    for (size_t k = 0; k < cw.partition.ind.size() && L.rows() == static_cast<Eigen::Index>(cw.partition.ind.size()); ++k)
-      for (int i : cluster.parts) {
-        const Part& p = system.model.parts[i];
-        const int e = cluster.v0 + cw.partition.ind[k] - p.ev0;
-        if (e < 0 || e >= p.body.n || p.body.Me(e, e) <= 0.0) continue;
-        const double pivot = L(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(k)), left = pivot * pivot / p.body.Me(e, e);
-        if (left < least) least = left, lost = i;
-      }
-  }
-  return lost;
 }
 
 std::string unsettled_phases(const System& system, const std::vector<int>& directions) {

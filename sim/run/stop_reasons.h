@@ -8,12 +8,14 @@
 
 namespace flexframe::sim {
 
-// What most likely makes the steps small at (t, y); `complaint`: of the last evaluation that failed, if one did.
-std::string likely_cause(System system, double t, const VecX& y, const std::string& complaint);
+// What most likely makes the steps small at (t, y), where the run has come to; `complaint`: of the evaluation that failed last, where none
+// has succeeded since. Never empty.
+std::string likely_cause(const System& system, double t, const VecX& y, const std::string& complaint);
 
-// The part of whose inertia deformation has taken most, if all but a thousandth along some coordinate (the steps then become too small): -1
-// if none.
-int lost_inertia(System& system);
+// The part whose second-order kinetic energy deformation has taken at (t, y), or with it that of the whole mechanism along some direction:
+// not positive any more, or less than a thousandth of what it is along the same direction with the masses of undeformed bodies.
+// Accelerations then grow without bound and the steps become too small. -1 if none.
+int lost_inertia(System system, double t, const VecX& y);
 
 // What finds no phase that holds: joints whose friction or stop has a direction below zero (EventWatch::directions).
 std::string unsettled_phases(const System& system, const std::vector<int>& directions);

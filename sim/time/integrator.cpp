@@ -173,8 +173,7 @@ struct Integrator::Memory {
   SUNNonlinearSolver nonlinear = nullptr;
   VecX state;
   double time = 0.0, previous = 0.0;
-  std::string complaint;       // what the right-hand side last threw in this step
-  std::string last_complaint;  // and since the start
+  std::string complaint;  // what the right-hand side threw, where nothing has been evaluated since
   std::unique_ptr<ExponentialSolver> exponential;
   IntegratorStatistics before;  // counters from before restarts of ARKODE
 
@@ -252,7 +251,7 @@ struct Integrator::Memory {
         }
       problem.rhs(t, at, out);
     } catch (const SimulationError& error) {
-      complaint = last_complaint = error.what();
+      complaint = error.what();
       return 1;
     }
     for (int i = 0; i < problem.size; ++i)
@@ -260,6 +259,7 @@ struct Integrator::Memory {
         complaint = "an acceleration became infinite";
         return 1;
       }
+    complaint.clear();
     if (at_beginning) remember(t, at, out);
     at_beginning = !beginning_only;
     return 0;
@@ -505,8 +505,7 @@ void Integrator::step(double t_stop) {
     try {
       m.time = m.exponential->step(t_stop, m.state);
     } catch (const SimulationError& error) {
-      throw SimulationError(fmt::format("the integration stopped at t = {:.9g} s: {}{}{}", m.time, error.what(),
-                                        m.complaint.empty() ? "" : "; ", m.complaint));
+      throw SimulationError(fmt::format("the integration stopped at t = {:.9g} s: {}", m.time, error.what()));
     }
     return;
   }
@@ -525,13 +524,12 @@ void Integrator::step(double t_stop) {
     const char* why = "the steps became too small";
     if (flag == -3) why = "the error test failed even with the smallest step";
     if (flag == -4 || flag == -5) why = "the implicit equations did not converge even with the smallest step";
-    throw SimulationError(
-        fmt::format("the integration stopped at t = {:.9g} s: {}{}{}", m.time, why, m.complaint.empty() ? "" : "; ", m.complaint));
+    throw SimulationError(fmt::format("the integration stopped at t = {:.9g} s: {}", m.time, why));
   }
 }
 
 double Integrator::time() const { return memory_->time; }
-const std::string& Integrator::last_complaint() const { return memory_->last_complaint; }
+const std::string& Integrator::complaint() const { return memory_->complaint; }
 double Integrator::previous_time() const { return memory_->previous; }
 const VecX& Integrator::state() const { return memory_->state; }
 

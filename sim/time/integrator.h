@@ -89,11 +89,12 @@ class Integrator {
 
   // Starts afresh at t0 (after a discontinuity); first step found anew. Counters go on.
   void restart(double t0, const VecX& y0);
-  // Takes one internal step, not beyond t_stop. Throws SimulationError saying when and why it cannot go on.
+  // Takes one internal step, not beyond t_stop. Throws SimulationError saying when and how it got stuck; why, complaint may tell.
   void step(double t_stop);
   double time() const;
-  double previous_time() const;               // start of the last step
-  const std::string& last_complaint() const;  // what an evaluation last threw, empty if none did
+  double previous_time() const;  // start of the last step
+  // What the last evaluation threw, empty where it succeeded: what steps that were too long for it met counts no more.
+  const std::string& complaint() const;
   // The solution at a time within the last step.
   void interpolate(double t, VecX& y) const;
   const VecX& state() const;
