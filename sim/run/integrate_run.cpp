@@ -111,8 +111,8 @@ class MotionRun {
   [[noreturn]] void give_up(const std::string& what, const std::string& complaint) const;
   // ---- After a step ----
   void sample_start();
-  bool hand_out_samples(double now);
-  void follow_state(double now, bool sampled);
+  void hand_out_samples(double now);
+  void follow_state(double now);
   void pass_event(double now);
   void repeat_to_event(double now);
   std::vector<Partition> partitions() const;
@@ -351,7 +351,8 @@ void MotionRun::run_segment(double end) {
     double now = integrator->time();
     const bool event = watch.look(system, *integrator, now, y);
     require_progress(now);
-    follow_state(now, hand_out_samples(now));
+    hand_out_samples(now);
+    follow_state(now);
     if (event) {
       pass_event(now);
       continue;
@@ -382,11 +383,10 @@ int MotionRun::lost_body() const {
 
 // ---- After a step ----------------------------------------------------------------------------------------------------------------------
 
-// The samples that the step passed; true if there were any.
-bool MotionRun::hand_out_samples(double now) {
+// The samples that the step passed.
+void MotionRun::hand_out_samples(double now) {
   // A sample that is later by rounding alone belongs to the piece that ends here: what jumps at its time is told as it was before.
   const double until = now * (1.0 + same_time);
-  const bool sampled = next < times.size() && times[next] <= until;
   for (; next < times.size() && times[next] <= until; ++next) {
     const double t = std::min(times[next], now);
     integrator->interpolate(t, at);
@@ -394,12 +394,12 @@ bool MotionRun::hand_out_samples(double now) {
     count_work(evaluations_a_sample * system.price);
   }
   at_work.valid = false;
-  return sampled;
 }
 
-// Loops are looked at at every sample, and at the end of steps that pass none.
-void MotionRun::follow_state(double now, bool sampled) {
-  if (!sampled && !system.model.loops.empty()) require_closed_loops(system, now, y.data());
+// Loops are looked at at every sample and at every step's end, from where the next one sets out: how near to a singular position their
+// partitions are counts there.
+void MotionRun::follow_state(double now) {
+  if (!system.model.loops.empty()) require_closed_loops(system, now, y.data());
   if (slips) {
     set_rates(system, now, y.data());
     follow_slip(system.model, system.friction, system.work);

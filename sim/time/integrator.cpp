@@ -171,7 +171,7 @@ struct Integrator::Memory {
   SUNMatrix matrix = nullptr;
   SUNLinearSolver linear = nullptr;
   SUNNonlinearSolver nonlinear = nullptr;
-  VecX state;
+  VecX state, beginning;  // now; where the last step of ARKODE's explicit method began
   double time = 0.0, previous = 0.0;
   std::string complaint;  // what the right-hand side threw, where nothing has been evaluated since
   std::unique_ptr<ExponentialSolver> exponential;
@@ -235,6 +235,30 @@ struct Integrator::Memory {
     CVodeGetNumSteps(solver, &steps);
     CVodeGetCurrentGamma(solver, &gamma);
     return steps > 0 && gamma == 0.0;
+  }
+
+  // ARKODE tries a shorter step where an implicit stage cannot be evaluated, and gives up where an explicit one cannot: there it is begun
+  // again, a quarter as long.
+  int arkode_step(double t_stop) {
+    ARKStepSetStopTime(solver, t_stop);
+    if (method == Method::dirk) return ARKStepEvolve(solver, t_stop, y, &time, ARK_ONE_STEP);
+    beginning = state;
+    int flag = ARKStepEvolve(solver, t_stop, y, &time, ARK_ONE_STEP);
+    if (flag != ARK_UNREC_RHSFUNC_ERR && flag != ARK_REPTD_RHSFUNC_ERR) return flag;
+    double h = 0.0;
+    ARKStepGetCurrentStep(solver, &h);
+    h = std::min(h, t_stop - previous);
+    while ((flag == ARK_UNREC_RHSFUNC_ERR || flag == ARK_REPTD_RHSFUNC_ERR) && h > 1e-14 * std::max(std::abs(previous), t_stop - previous)) {
+      h *= 0.25;
+      state = beginning;
+      time = previous;
+      ARKStepReset(solver, previous, y);
+      ARKStepSetInitStep(solver, h);
+      ARKStepSetStopTime(solver, t_stop);
+      flag = ARKStepEvolve(solver, t_stop, y, &time, ARK_ONE_STEP);
+    }
+    ARKStepSetInitStep(solver, 0.0);
+    return flag;
   }
 
   int evaluate(double t, const double* at, double* out) {
@@ -514,8 +538,7 @@ void Integrator::step(double t_stop) {
     IDASetStopTime(m.solver, t_stop);
     flag = IDASolve(m.solver, t_stop, &m.time, m.y, m.yp, IDA_ONE_STEP);
   } else if (m.method == Method::erk || m.method == Method::dirk) {
-    ARKStepSetStopTime(m.solver, t_stop);
-    flag = ARKStepEvolve(m.solver, t_stop, m.y, &m.time, ARK_ONE_STEP);
+    flag = m.arkode_step(t_stop);
   } else {
     CVodeSetStopTime(m.solver, t_stop);
     flag = CVode(m.solver, t_stop, m.y, &m.time, CV_ONE_STEP);
