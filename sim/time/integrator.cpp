@@ -3,6 +3,7 @@
 #include "sim/base/small_matrices.h"
 #include "sim/time/exponential.h"
 #include "sim/time/integrator_vector.h"
+#include "sim/time/step_path.h"
 
 #include <arkode/arkode_arkstep.h>
 #include <cvode/cvode.h>
@@ -172,6 +173,12 @@ struct Integrator::Memory {
   SUNLinearSolver linear = nullptr;
   SUNNonlinearSolver nonlinear = nullptr;
   VecX state, beginning;  // now; where the last step of ARKODE's explicit method began
+  VecX rates;
+  StepPath path;  // of that method
+  const StepPath::Rates rates_at = [this](double t, const VecX& at, VecX& out) {
+    out.resize(at.size());
+    return evaluate(t, at.data(), out.data()) == 0;
+  };
   double time = 0.0, previous = 0.0;
   std::string complaint;  // what the right-hand side threw, where nothing has been evaluated since
   std::unique_ptr<ExponentialSolver> exponential;
@@ -237,27 +244,38 @@ struct Integrator::Memory {
     return steps > 0 && gamma == 0.0;
   }
 
+  // ARKODE has the rates where the memory stands now as the next step's first stage.
+  void keep_end() {
+    rates.resize(state.size());
+    if (evaluate(time, state.data(), rates.data()) == 0) path.add(time, state, rates);
+    else path.clear();
+  }
+
   // ARKODE tries a shorter step where an implicit stage cannot be evaluated, and gives up where an explicit one cannot: there it is begun
   // again, a quarter as long.
   int arkode_step(double t_stop) {
     ARKStepSetStopTime(solver, t_stop);
     if (method == Method::dirk) return ARKStepEvolve(solver, t_stop, y, &time, ARK_ONE_STEP);
+    if (path.empty()) keep_end();
     beginning = state;
     int flag = ARKStepEvolve(solver, t_stop, y, &time, ARK_ONE_STEP);
-    if (flag != ARK_UNREC_RHSFUNC_ERR && flag != ARK_REPTD_RHSFUNC_ERR) return flag;
-    double h = 0.0;
-    ARKStepGetCurrentStep(solver, &h);
-    h = std::min(h, t_stop - previous);
-    while ((flag == ARK_UNREC_RHSFUNC_ERR || flag == ARK_REPTD_RHSFUNC_ERR) && h > 1e-14 * std::max(std::abs(previous), t_stop - previous)) {
-      h *= 0.25;
-      state = beginning;
-      time = previous;
-      ARKStepReset(solver, previous, y);
-      ARKStepSetInitStep(solver, h);
-      ARKStepSetStopTime(solver, t_stop);
-      flag = ARKStepEvolve(solver, t_stop, y, &time, ARK_ONE_STEP);
+    const auto stuck = [&] { return flag == ARK_UNREC_RHSFUNC_ERR || flag == ARK_REPTD_RHSFUNC_ERR; };
+    if (stuck()) {
+      double h = 0.0;
+      ARKStepGetCurrentStep(solver, &h);
+      h = std::min(h, t_stop - previous);
+      while (stuck() && h > 1e-14 * std::max(std::abs(previous), t_stop - previous)) {
+        h *= 0.25;
+        state = beginning;
+        time = previous;
+        ARKStepReset(solver, previous, y);
+        ARKStepSetInitStep(solver, h);
+        ARKStepSetStopTime(solver, t_stop);
+        flag = ARKStepEvolve(solver, t_stop, y, &time, ARK_ONE_STEP);
+      }
+      ARKStepSetInitStep(solver, 0.0);
     }
-    ARKStepSetInitStep(solver, 0.0);
+    if (flag >= 0) keep_end();
     return flag;
   }
 
@@ -504,6 +522,7 @@ void Integrator::restart(double t0, const VecX& y0) {
   m.before = statistics();
   for (auto& r : m.recent) r.used = 0;
   m.made_at.resize(0);
+  m.path.clear();
   m.state = y0;
   m.time = m.previous = t0;
   if (m.exponential) {
@@ -567,13 +586,17 @@ void Integrator::interpolate(double t, VecX& y) const {
     m.exponential->interpolate(t, y);
     return;
   }
-  if (!m.inside) m.inside = make_solver_vector(m.problem.size, y.data(), m.context);
-  N_VSetArrayPointer(y.data(), m.inside);
-  int flag = 0;
-  if (m.method == Method::ida) flag = IDAGetDky(m.solver, t, 0, m.inside);
-  else if (m.method == Method::erk || m.method == Method::dirk) flag = ARKStepGetDky(m.solver, t, 0, m.inside);
-  else flag = CVodeGetDky(m.solver, t, 0, m.inside);
-  if (flag != 0) throw SimulationError(fmt::format("the solution at t = {:.9g} s cannot be interpolated", t));
+  const auto own = [&m](double at, VecX& out) {
+    out.resize(m.problem.size);
+    if (!m.inside) m.inside = make_solver_vector(m.problem.size, out.data(), m.context);
+    N_VSetArrayPointer(out.data(), m.inside);
+    int flag = 0;
+    if (m.method == Method::ida) flag = IDAGetDky(m.solver, at, 0, m.inside);
+    else if (m.method == Method::erk || m.method == Method::dirk) flag = ARKStepGetDky(m.solver, at, 0, m.inside);
+    else flag = CVodeGetDky(m.solver, at, 0, m.inside);
+    if (flag != 0) throw SimulationError(fmt::format("the solution at t = {:.9g} s cannot be interpolated", at));
+  };
+  if (!m.path.at(t, m.rates_at, own, y)) own(t, y);
 }
 
 IntegratorStatistics Integrator::statistics() const {
