@@ -6,12 +6,10 @@
 #include "render/film/diagram.h"
 #include "sim/base/file_output.h"
 #include "sim/base/words.h"
+#include "sim/results/driven_coordinates.h"
 #include "sim/results/results_file.h"
 #include "sim/results/sampling.h"
 #include "sim/results/spectrum.h"
-#include "sim/scene/expression.h"
-#include "sim/scene/scene_reader.h"
-#include "sim/scene/table.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -113,32 +111,6 @@ film::Diagram spectrum_diagram(const Words& w, const std::vector<Named>& spectra
   return diagram;
 }
 
-// Results hold no coordinates of driven joints: from their motions in the scene, where it can be read still.
-void add_driven_coordinates(sim::Results& results) {
-  std::vector<sim::JointDef> joints;
-  try {
-    if (!results.scene_text.empty()) joints = sim::parse_scene(results.scene_text, results.scene_file).joints;
-  } catch (const sim::InputError&) {
-    return;
-  }
-  for (const sim::JointDef& def : joints) {
-    if (def.motion.empty() && !def.motion_table) continue;
-    const auto found = std::find_if(results.joints.begin(), results.joints.end(), [&](const auto& j) { return j.name == def.name; });
-    if (found == results.joints.end() || found->value.cols() > 0) continue;
-    const sim::TimeFunction motion =
-        def.motion_table
-            ? sim::TimeFunction(std::make_shared<const sim::CubicTable>(def.motion_table->x, def.motion_table->y, def.motion_table->period))
-            : sim::TimeFunction(sim::Expression(def.motion));
-    found->value.resize(results.times.size(), 1);
-    found->rate.resize(results.times.size(), 1);
-    for (Eigen::Index i = 0; i < results.times.size(); ++i) {
-      const sim::TimeJet jet = motion.jet(results.times[i]);
-      found->value(i, 0) = jet.value;
-      found->rate(i, 0) = jet.rate;
-    }
-  }
-}
-
 // What repeats every turn of a shaft appears slower where a turn has fewer than two samples.
 void warn_of_fast_turns(const sim::Results& results, const Samples& samples, std::vector<std::string>& warnings) {
   if (samples.count < 2) return;
@@ -201,7 +173,7 @@ void warn_of_unseen_vibrations(const sim::Results& results, const Samples& sampl
 
 int write_spectrum(const Words& w) {
   sim::Results results = sim::read_results(w.results);
-  add_driven_coordinates(results);
+  sim::add_driven_coordinates(results);
   const Samples samples = wanted_samples(w, results);
   const std::vector<Named> spectra = spectra_of(w, results, samples);
   const std::string axis = w.order.empty() ? "frequency" : "order";

@@ -6,6 +6,7 @@
 #include "sim/model/model_build.h"
 #include "sim/model/state_functions.h"
 #include "sim/scene/joint_kinds.h"
+#include "sim/scene/motion_function.h"
 
 #include <fmt/format.h>
 
@@ -98,15 +99,15 @@ struct Graph {
 // The expression or table that a joint follows, as an index of the model's; -1: none.
 int add_motion(Model& model, const JointDef& j, const std::string& where) {
   const int index = static_cast<int>(model.expressions.size());
+  if (!follows_motion(j)) return -1;
   if (j.motion_table) {
-    model.expressions.emplace_back(std::make_shared<const CubicTable>(j.motion_table->x, j.motion_table->y, j.motion_table->period));
+    model.expressions.push_back(motion_function(j));
     return index;
   }
-  if (j.motion.empty()) return -1;
   if (rate_count(j.kind) != 1)
     throw InputError(fmt::format("{}: 'motion' needs a joint with one coordinate ({})", where, joint_words(has_one_coordinate)));
   try {
-    model.expressions.emplace_back(Expression(j.motion));
+    model.expressions.push_back(motion_function(j));
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}: key 'motion': {}", where, error.what()));
   }

@@ -2,6 +2,7 @@
 #include "scratch.h"
 #include "sim/base/file_output.h"
 #include "sim/results/csv.h"
+#include "sim/results/driven_coordinates.h"
 #include "sim/results/results_file.h"
 
 #include <gtest/gtest.h>
@@ -486,4 +487,44 @@ TEST(Sha256, KnownDigests) {
   EXPECT_EQ(sha256("abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq"),
             "248d6a61d20638b8e5c026930c3e6039a33ce45964ff2167f6ecedd419db06c1");
   EXPECT_EQ(sha256(std::string(1'000'000, 'a')), "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
+}
+
+// A crank that follows a motion has no coordinates in the results: the closed formula of its motion.
+TEST(DrivenCoordinates, AreThoseOfTheMotion) {
+  Results r;
+  r.scene_file = "crank.toml";
+  r.scene_text = R"(
+[simulation]
+duration = 2.0
+[[body]]
+name = "crank"
+kind = "rigid"
+mass = 1.0
+inertia = [1, 1, 1]
+[[joint]]
+name = "shaft"
+kind = "revolute"
+parent = "ground"
+child = "crank"
+motion = "3*t + sin(5*t)"
+)";
+  r.times = VecX::LinSpaced(11, 0.0, 2.0);
+  r.joints = {{.name = "shaft", .kind = "revolute", .position = {}, .orientation = {}, .value = {}, .rate = {}}};
+  const std::string text = r.scene_text;
+  add_driven_coordinates(r);
+  ASSERT_EQ(r.joints[0].value.rows(), 11);
+  for (Eigen::Index i = 0; i < 11; ++i) {
+    EXPECT_NEAR(r.joints[0].value(i, 0), 3.0 * r.times[i] + std::sin(5.0 * r.times[i]), 1e-14);
+    EXPECT_NEAR(r.joints[0].rate(i, 0), 3.0 + 5.0 * std::cos(5.0 * r.times[i]), 1e-13);
+  }
+  // What is there stays; without a scene that can be read nothing is added.
+  r.joints[0].value.setConstant(7.0);
+  add_driven_coordinates(r);
+  EXPECT_EQ(r.joints[0].value(3, 0), 7.0);
+  for (const std::string& unreadable : {std::string(), std::string("[simulation\n")}) {
+    r.scene_text = unreadable;
+    r.joints[0].value.resize(0, 0);
+    add_driven_coordinates(r);
+    EXPECT_EQ(r.joints[0].value.cols(), 0);
+  }
 }
