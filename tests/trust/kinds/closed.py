@@ -175,9 +175,14 @@ def six_bar(r):
     d.size = 10 ** r.uniform(-1.5, 0.5)
     if four_links(r, d) is None:
         return None
-    beside = lambda i, j: d.points[i] + (d.points[j] - d.points[i]) * r.uniform(0.3, 1.5) + TURN(r.uniform(-3, 3)) @ (
-        d.size * r.uniform(0.1, 1),
-        0,
+    beside = (
+        lambda i, j: d.points[i]
+        + (d.points[j] - d.points[i]) * r.uniform(0.3, 1.5)
+        + TURN(r.uniform(-3, 3))
+        @ (
+            d.size * r.uniform(0.1, 1),
+            0,
+        )
     )
     on_coupler = r.random() < 0.6
     d.point("P", beside("B", "C") if on_coupler else beside("D", "C"))
@@ -348,8 +353,11 @@ def write(r, d, loops, q0, qd0, duration, way, text_of_motion):
         wanted[f"F{k}"] = lambda x, k=k, sign=sign: sign * x["multipliers"][2 * k : 2 * k + 2]
         sizes[f"F{k}"] = 1e3 * 1e-3 * mass * d.size * speed**2
 
-    def truth(times):
-        qs, qds = loops.follow(q0, qd0, times)
+    def follow(times, push=0.0, rtol=1e-12):
+        weight = loops.weight.copy()
+        loops.weight = weight * (1 + push) if not qd0.any() else weight
+        qs, qds = loops.follow(q0, qd0 * (1 + push), times, rtol)
+        loops.weight = weight
         rows = {name: [] for name in wanted}
         for t, q, qd in zip(times, qs, qds):
             q, G, A, B = loops.close(t, q)
@@ -366,9 +374,43 @@ def write(r, d, loops, q0, qd0, duration, way, text_of_motion):
             told[name] = full
         return told
 
+    def truth(times):
+        return follow(times)
+
+    truth.driven = d.drive is not None
+    if not d.drive:  # how far a start that is a millionth faster, or heavier, leads away
+        truth.beside = lambda times: (1e-6, follow(times, 1e-6, 1e-10))
     near = f", {worst_pivot(loops, q0, 0.0):.1g} from singular"
     what = f"{'driven' if d.drive else 'free'}{', heavy' if way.any() else ''}{'' if abs(qd0).max() > 0 else ', from rest'}{near}"
     return Scene(text, truth, scales_of(sizes), what)
+
+
+def beyond_reach(r):
+    """Four-bar driven beyond its reach; its truth is the time at which it gets there"""
+    d = four_bar(r)
+    if d is None:
+        return None
+    w = 10 ** r.uniform(0, 2)
+    d.drive = (0, lambda t: (w * t, w, 0.0))
+    loops, q = d.truth((0.0, 0.0)), d.start()
+    t, step = 0.0, 0.01 / w
+    try:
+        q0, G, _, _ = loops.close(0.0, q)
+        if worst_pivot(loops, q0, 0.0) < 0.02:
+            return None
+    except (NotClosed, np.linalg.LinAlgError):
+        return None
+    q = q0
+    while step > 1e-7 / w and t < 5.0 / w:
+        try:
+            q, t = loops.close(t + step, q)[0], t + step
+        except (NotClosed, np.linalg.LinAlgError):
+            step *= 0.5
+    if t < 0.2 / w or t >= 5.0 / w or worst_pivot(loops, q, t) > 0.01:
+        return None
+    scene = write(r, d, loops, q0, loops.close_rates(G, np.zeros(loops.size)), 2.0 * t, np.zeros(2), f"{w!r}*t")
+    scene.truth = t
+    return scene
 
 
 def named(shape):
