@@ -7,7 +7,6 @@ ratio is zero, so that ends held rigidly are no stiffer than a beam's, and beams
 (SOLID of a range). Scenes that bend farther than linear shapes follow have to be warned of.
 Exit 1 if one is silent.
 """
-import argparse
 import collections
 import dataclasses
 import math
@@ -19,6 +18,7 @@ import tempfile
 import tomllib
 
 sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).parents[1])]
+from arguments import suite_parser  # noqa: E402
 import run_trust  # noqa: E402
 from scene import MATERIALS  # noqa: E402
 from units import write  # noqa: E402
@@ -143,13 +143,7 @@ def judge(program, scene, seed, folder):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("program")
-    parser.add_argument("--count", type=int, default=1, help="scenes of each kind")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--kind", action="append", default=[])
-    parser.add_argument("--limit", type=int, default=60, help="CPU seconds of a run")
-    parser.add_argument("--keep", type=pathlib.Path)
+    parser = suite_parser(__doc__, "kind", "keep", count=1, limit=60)
     args = parser.parse_args()
     for m in MATERIALS:
         m["poisson"] = 0.0

@@ -3,7 +3,6 @@
 Scenes of kinds/asked.py, asked for 1e-1 .. 1e-4 by turns. A run has to end within --limit CPU seconds with the accuracy kept or with a
 warning; exit 1 if one is wrong without a word, or too slow. The table goes between the markers 'asked' and 'end asked' of a Markdown page.
 """
-import argparse
 import hashlib
 import pathlib
 import random
@@ -13,6 +12,7 @@ import tempfile
 import numpy as np
 
 sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).parents[1])]
+from arguments import suite_parser  # noqa: E402
 from kinds.asked import KINDS  # noqa: E402
 from run_trust import Program, compare  # noqa: E402
 
@@ -30,14 +30,7 @@ def follow(program, text, words, limit, kept):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("program")
-    parser.add_argument("--count", type=int, default=40)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--kind", action="append", default=[])
-    parser.add_argument("--limit", type=int, default=95, help="CPU seconds a run may take")
-    parser.add_argument("--truth-limit", type=int, default=300, help="CPU seconds a truth may take; a scene without one has no verdict")
-    parser.add_argument("--table", type=pathlib.Path)
+    parser = suite_parser(__doc__, "kind", "table", count=40, limit=95, truth_limit=300)
     parser.add_argument("--truths", type=pathlib.Path, help="folder in which histories of the truth are kept, for the next build")
     args = parser.parse_args()
     rows, bad = [], 0

@@ -18,7 +18,6 @@ it too. Exit 1 where a distance or share is missed and nothing is said.
   --limit S         CPU seconds that an asked run may take (60); --truth-limit S a truth (60), --hand-limit S a hand run (10)
   --table FILE      the tables go between the markers 'everywhere' and 'end everywhere' of a Markdown page
 """
-import argparse
 import collections
 import csv
 import fnmatch
@@ -35,6 +34,7 @@ import tomllib
 import numpy as np
 
 sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).parents[1])]
+from arguments import suite_parser  # noqa: E402
 from run_trust import KINDS, make, title  # noqa: E402
 
 ASKED = ["0.5 px", "2 px", "1e-2", "1e-3"]
@@ -406,23 +406,15 @@ def cases(args, folder):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("program")
+    parser = suite_parser(__doc__, "short", "rows", "table", count=200, limit=60, truth_limit=60)
     parser.add_argument("examples", type=pathlib.Path)
-    parser.add_argument("--count", type=int, default=200)
-    parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", action="append", default=[])
     parser.add_argument("--asked", type=lambda words: [a.strip() for a in words.split(",")])
     parser.add_argument("--elastic", action="store_true")
     parser.add_argument("--prices", type=pathlib.Path)
     parser.add_argument("--no-examples", action="store_true")
-    parser.add_argument("--short", action="store_true")
     parser.add_argument("--no-prices", action="store_true")
-    parser.add_argument("--limit", type=int, default=60)
-    parser.add_argument("--truth-limit", type=int, default=60)
     parser.add_argument("--hand-limit", type=int, default=10)
-    parser.add_argument("--rows", type=pathlib.Path)
-    parser.add_argument("--table", type=pathlib.Path)
     args = parser.parse_args()
     rows = [json.loads(x) for x in args.rows.read_text().splitlines()] if args.rows and args.rows.exists() else []
     done = {r["scene"] for r in rows}

@@ -11,7 +11,6 @@ A run whose true and estimated errors are both below 1e-12 of the ranges counts 
   --done FILE     results go there line by line; what is there is not run again
   --table FILE    the table goes between the markers 'estimates' and 'end estimates' of a Markdown page
 """
-import argparse
 import json
 import pathlib
 import sys
@@ -20,6 +19,7 @@ import tempfile
 import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
+from arguments import suite_parser  # noqa: E402
 from run_trust import KINDS, Program, make, title  # noqa: E402
 
 FACTOR, NOTHING = 5.0, 1e-12
@@ -104,16 +104,8 @@ def table(done, errors):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("program")
-    parser.add_argument("--count", type=int, default=200)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--kind", action="append", default=[])
-    parser.add_argument("--short", action="store_true")
-    parser.add_argument("--rows", type=pathlib.Path)
+    parser = suite_parser(__doc__, "kind", "short", "rows", "table", count=200, limit=60)
     parser.add_argument("--done", type=pathlib.Path)
-    parser.add_argument("--table", type=pathlib.Path)
-    parser.add_argument("--limit", type=int, default=60)
     args = parser.parse_args()
     if args.short:
         args.kind, args.count = SHORT, len(SHORT)

@@ -6,7 +6,6 @@ what is true, and a true influence beyond 1 % is a warning. Exit 1 if not.
 
   --table FILE    replaces the table in a Markdown page, between the markers 'left out' and 'end left out'
 """
-import argparse
 import math
 import pathlib
 import random
@@ -17,6 +16,7 @@ import tempfile
 import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
+from arguments import suite_parser  # noqa: E402
 from run_trust import ESTIMATES, Program, compare  # noqa: E402
 from scene import Scene, beam, force, joint, output, pick, rigid, simulation, sizes, weld  # noqa: E402
 
@@ -211,14 +211,8 @@ def told_by(summary, effect):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("program")
-    parser.add_argument("--count", type=int, default=36)
-    parser.add_argument("--seed", type=int, default=1)
+    parser = suite_parser(__doc__, "number", "table", "keep", count=36)
     parser.add_argument("--only")
-    parser.add_argument("--number", type=int)
-    parser.add_argument("--table", type=pathlib.Path)
-    parser.add_argument("--keep", type=pathlib.Path, help="folder for the scenes that are told wrongly")
     args = parser.parse_args()
     rows, bad = {}, 0
     with tempfile.TemporaryDirectory(prefix="flexframe_left_out_") as folder:

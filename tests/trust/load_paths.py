@@ -6,7 +6,6 @@ do it. `load-path` follows their states; the truth follows those of geometricall
 outputs beside the true curve, a limit load more than 2 % off or missed, a state called stable that is not. Exit 1 if there is one, or one
 that takes 300 s, or where more than a tenth of the structures that are right to a third of that are warned of.
 """
-import argparse
 import collections
 import csv
 import json
@@ -22,6 +21,7 @@ from scipy.interpolate import CubicSpline
 from scipy.linalg import eigvalsh, null_space
 
 sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).parents[1])]
+from arguments import suite_parser  # noqa: E402
 from kinds.bent import PLASTIC, RUBBER, SPRING_STEEL  # noqa: E402
 from kinds.plane import bar  # noqa: E402
 from scene import by_chance, pick  # noqa: E402
@@ -403,13 +403,8 @@ def judge(program, case, folder, elements=12):
 
 
 def main():
-    parser = argparse.ArgumentParser()
-    parser.add_argument("program")
-    parser.add_argument("--count", type=int, default=60)
-    parser.add_argument("--seed", type=int, default=1)
+    parser = suite_parser(__doc__, "number", "keep", count=60)
     parser.add_argument("--kind", default="")
-    parser.add_argument("--number", type=int, default=None)
-    parser.add_argument("--keep", type=pathlib.Path)
     args = parser.parse_args()
     count = collections.Counter()
     kinds = [k for k in KINDS if not args.kind or k.__name__ == args.kind]

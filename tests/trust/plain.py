@@ -9,7 +9,6 @@ off without a warning is silent: there must be none. Exit 1 if there is one, or 
   --limit S       CPU seconds a run may take (90)
   --keep FOLDER   scenes that are not right go there
 """
-import argparse
 import collections
 import concurrent.futures
 import functools
@@ -21,6 +20,7 @@ import sys
 import tempfile
 
 sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).parents[1])]
+from arguments import suite_parser  # noqa: E402
 import cases.bodies  # noqa: E402, F401
 import cases.effects  # noqa: E402, F401
 import cases.elastic_machines  # noqa: E402, F401
@@ -123,13 +123,8 @@ def table(rows):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("program")
+    parser = suite_parser(__doc__, "table", "keep", jobs=1, limit=90)
     parser.add_argument("--only", action="append", default=[])
-    parser.add_argument("--table", type=pathlib.Path)
-    parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--limit", type=int, default=90)
-    parser.add_argument("--keep")
     args = parser.parse_args()
     names = [name for name in CASES if not args.only or any(name.startswith(word) for word in args.only)]
     tasks = [(args.program, args.limit, name, k, args.keep) for name in names for k in range(len(scenes(name)))]

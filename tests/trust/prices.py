@@ -8,7 +8,6 @@ latter is above --most and the run that stays takes more than 0.1 s.
   --rows FILE     results go there line by line; what is there is not run again
   --table PAGE    the table goes between the markers 'prices of checks' and 'end prices of checks' of a Markdown page: the dearest
 """
-import argparse
 import json
 import pathlib
 import statistics
@@ -16,6 +15,7 @@ import sys
 import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
+from arguments import suite_parser  # noqa: E402
 from run_trust import KINDS, Program, make  # noqa: E402
 
 PLAIN = ("--no-error-estimate", "--no-effect-check")
@@ -68,15 +68,7 @@ def told(name, prices):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("program")
-    parser.add_argument("--count", type=int, default=40)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--kind", action="append", default=[])
-    parser.add_argument("--number", type=int)
-    parser.add_argument("--rows", type=pathlib.Path)
-    parser.add_argument("--table", type=pathlib.Path)
-    parser.add_argument("--limit", type=int, default=120)
+    parser = suite_parser(__doc__, "kind", "number", "rows", "table", count=40, limit=120)
     parser.add_argument("--most", type=float, default=5.0)
     args = parser.parse_args()
     kinds = [k for k in KINDS if not args.kind or k.__name__ in args.kind]

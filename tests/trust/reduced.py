@@ -4,7 +4,6 @@ Bars of solid elements, tapered and bent, in metres or millimetres, held at one 
 it and loads its free end; CalculiX computes the same mesh. Wrong is, without a warning: mass 0.1 %, one of the first six frequencies or
 the deflection at the end under a force or moment 1 % off. Exit 1 if there is one. Without the program ccx nothing is compared.
 """
-import argparse
 import collections
 import csv
 import json
@@ -20,6 +19,7 @@ import tempfile
 import numpy as np
 
 sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).parents[1])]
+from arguments import suite_parser  # noqa: E402
 from scene import force, output, pick, simulation, weld  # noqa: E402
 
 OFF, MASS = 0.01, 0.001
@@ -130,11 +130,7 @@ def judge(program, bar, folder):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("program")
-    parser.add_argument("--count", type=int, default=40)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--number", type=int)
+    parser = suite_parser(__doc__, "number", count=40)
     args = parser.parse_args()
     if not shutil.which("ccx"):
         sys.exit("the program ccx is missing (package calculix-ccx): nothing was compared")

@@ -7,7 +7,6 @@ response (truths/small_motion.py). Wrong is, without a warning: a complex amplit
 of its size (of what is rigid 1e-5 and 1e-3), or a largest amplitude 10 % off. Exit 1 if there is one, or one that takes 120 s, or where
 more than a tenth of the machines that are right to a third of that are warned of.
 """
-import argparse
 import collections
 import csv
 import json
@@ -21,6 +20,7 @@ import tempfile
 import numpy as np
 
 sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).parents[1])]
+from arguments import suite_parser  # noqa: E402
 from kinds.bent import PLASTIC, RUBBER, SPRING_STEEL  # noqa: E402
 from kinds.plane import ALUMINIUM, STEEL, bar  # noqa: E402
 from scene import beam, by_chance, force, joint, output, pick, rigid, section_of, simulation, sizes, weld  # noqa: E402
@@ -699,13 +699,8 @@ def judge(program, case, folder, r, elements=16):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("program")
-    parser.add_argument("--count", type=int, default=63)
-    parser.add_argument("--seed", type=int, default=1)
+    parser = suite_parser(__doc__, "number", "keep", count=63)
     parser.add_argument("--kind", default="")
-    parser.add_argument("--number", type=int)
-    parser.add_argument("--keep", type=pathlib.Path)
     args = parser.parse_args()
     counts = collections.Counter()
     kinds = [k for k in KINDS if not args.kind or k.__name__ == args.kind]

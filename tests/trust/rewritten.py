@@ -13,7 +13,6 @@ What a run gives may not depend on how the scene is written. Each scene is run a
 and every output has to be the same within what both runs claim: 1 % of its range for effects, five times the printed estimates for time.
 A run that is warned of claims nothing. Without scenes: random ones of run_trust.py, N of each kind. Exit 1 if an output differs by more.
 """
-import argparse
 import math
 import pathlib
 import re
@@ -24,6 +23,7 @@ import tomllib
 import numpy as np
 
 sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).parents[1])]
+from arguments import suite_parser  # noqa: E402
 import run_trust  # noqa: E402
 from units import AT_REST, write  # noqa: E402
 
@@ -239,15 +239,9 @@ def compare(program, name, text, words, ways=WAYS):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("program")
+    parser = suite_parser(__doc__, "kind", "short", count=1, limit=20)
     parser.add_argument("scenes", nargs="*", type=pathlib.Path)
-    parser.add_argument("--count", type=int, default=1, help="scenes of each kind")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--kind", action="append", default=[])
-    parser.add_argument("--limit", type=int, default=20, help="CPU seconds of a run")
     parser.add_argument("--way", action="append", choices=list(WAYS), help="only these")
-    parser.add_argument("--short", action="store_true", help="the kinds of continuous integration")
     args = parser.parse_args()
     args.kind += SHORT if args.short else []
     cases = [(str(path), path.read_text(), ()) for path in args.scenes]

@@ -13,7 +13,6 @@ time is open. Exit 1 if there is a silent error or a scene that ends in neither.
   --truth-limit S   CPU seconds a truth may take (300); a scene without one is "open"
   --jobs N        scenes at a time (1)
 """
-import argparse
 import collections
 import concurrent.futures
 import csv
@@ -30,6 +29,7 @@ import time
 import numpy as np
 
 sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).parents[1])]
+from arguments import suite_parser  # noqa: E402
 import kinds.asked  # noqa: E402
 import kinds.bent  # noqa: E402
 import kinds.conditions  # noqa: E402
@@ -371,19 +371,7 @@ def judge_all(tasks, jobs):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("program")
-    parser.add_argument("--count", type=int, default=20)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--kind", action="append", default=[])
-    parser.add_argument("--number", type=int)
-    parser.add_argument("--keep")
-    parser.add_argument("--table", type=pathlib.Path)
-    parser.add_argument("--rows", type=pathlib.Path)
-    parser.add_argument("--limit", type=int, default=60)
-    parser.add_argument("--truth-limit", type=int, default=300)
-    parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--short", action="store_true", help="the scenes of continuous integration")
+    parser = suite_parser(__doc__, "kind", "number", "keep", "table", "rows", "short", count=20, limit=60, truth_limit=300, jobs=1)
     parser.add_argument("--quiet", action="store_true")
     add_shard(parser)
     args = parser.parse_args()

@@ -4,7 +4,6 @@ What points of a sweep share (settings searched for at a few places) must not ma
 60 points, twice: to the accuracy, and point by point as the richest model at a tolerance of 1e-8. Wrong is a point whose largest, smallest
 or last value is further off than asked, relative to the range of its output as a whole, and that says nothing. Exit 1 if there is one.
 """
-import argparse
 import collections
 import csv
 import math
@@ -16,6 +15,7 @@ import sys
 import tempfile
 
 sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).parents[1])]
+from arguments import suite_parser  # noqa: E402
 from scene_text import body, force, joint, output, rigid, section, simulation  # noqa: E402
 
 POINTS = 60
@@ -248,12 +248,8 @@ def judge(program, kind, seed, number, folder):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("program")
-    parser.add_argument("--count", type=int, default=20)
-    parser.add_argument("--seed", type=int, default=1)
+    parser = suite_parser(__doc__, "keep", count=20)
     parser.add_argument("--kind", action="append", default=[], choices=[kind.__name__ for kind in KINDS])
-    parser.add_argument("--keep", type=pathlib.Path)
     args = parser.parse_args()
     kinds = [kind for kind in KINDS if not args.kind or kind.__name__ in args.kind]
     counts = collections.Counter()

@@ -7,7 +7,6 @@ or a mass written into the program where the scene's own belongs. Without scenes
 Scenes that say what has no single dimension here (controllers, readings, modal coordinates, files) are counted as left out. Exit 1 if an
 output differs by more than both runs claim (run_trust.py; by rounding, if they take the same steps), or if warnings or poles differ.
 """
-import argparse
 import json
 import math
 import pathlib
@@ -19,6 +18,7 @@ import tomllib
 
 
 sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).parents[1])]
+from arguments import suite_parser  # noqa: E402
 import run_trust  # noqa: E402
 
 # Powers of two of length, time, mass, which roots do not round either: a micrometre's world of the same material, a kilometre's, heavier
@@ -396,14 +396,8 @@ def compare(program, name, text, words=()):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("program")
+    parser = suite_parser(__doc__, "kind", "short", count=1, limit=20)
     parser.add_argument("scenes", nargs="*", type=pathlib.Path)
-    parser.add_argument("--count", type=int, default=1, help="scenes of each kind")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--kind", action="append", default=[])
-    parser.add_argument("--limit", type=int, default=20, help="CPU seconds of a run")
-    parser.add_argument("--short", action="store_true", help="the kinds of continuous integration")
     args = parser.parse_args()
     args.kind += SHORT if args.short else []
     cases = [(str(path), path.read_text(), ()) for path in args.scenes]

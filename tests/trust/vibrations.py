@@ -6,7 +6,6 @@ Wrong is, without a warning: one of the first six vibrations that is more than 1
 has at no frequency within 1.5 % (and 3 % of its size). Exit 1 if there is one, or a false alarm: all is right to a third of that, and a
 warning says it is not, in more than a tenth of the scenes.
 """
-import argparse
 import collections
 import csv
 import json
@@ -20,6 +19,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).parents[1])]
+from arguments import suite_parser  # noqa: E402
 from scene import beam, by_chance, force, output, pick, rigid, section_of, simulation, sizes, weld  # noqa: E402
 from truths.space_frame import SpaceFrame, axes_of  # noqa: E402
 
@@ -144,12 +144,7 @@ def judge(program, frame, folder):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("program")
-    parser.add_argument("--count", type=int, default=40)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--number", type=int)
-    parser.add_argument("--keep", type=pathlib.Path)
+    parser = suite_parser(__doc__, "number", "keep", count=40)
     args = parser.parse_args()
     counts = collections.Counter()
     for number in range(args.count) if args.number is None else [args.number]:
