@@ -56,6 +56,13 @@ def elastic(seed, number):
     return make(of_beams(family), seed, number // 2)
 
 
+def lost_energy(seed, number):
+    """Driven slider-crank whose rod loses its second-order kinetic energy, always the same; steps come to rest before one finds it lost"""
+    scene = make(of_beams(left_out.slider_crank), 79, 1)
+    scene.words = ("adams",)
+    return scene
+
+
 def as_drawn(kind):
     def scene(seed, number):
         return make(kind, seed, number)
@@ -64,7 +71,7 @@ def as_drawn(kind):
     return scene
 
 
-KINDS = {k.__name__: k for k in (*map(as_drawn, (*kinds.closed.KINDS, kinds.closed.beyond_reach, random_loop)), elastic)}
+KINDS = {k.__name__: k for k in (*map(as_drawn, (*kinds.closed.KINDS, kinds.closed.beyond_reach, random_loop)), lost_energy, elastic)}
 
 
 class Errors:
@@ -171,7 +178,7 @@ def main():
                 continue
             scene = KINDS[name](args.seed, number)
             try:
-                found, floor, growth, wrong = follow(scene, program, methods, tolerances)
+                found, floor, growth, wrong = follow(scene, program, scene.words or methods, tolerances)
             except NoTruth as error:
                 print(f"open     {name} {number}: {error}")
                 continue

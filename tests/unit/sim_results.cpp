@@ -493,7 +493,7 @@ TEST(Sha256, KnownDigests) {
 TEST(DrivenCoordinates, AreThoseOfTheMotion) {
   Results r;
   r.scene_file = "crank.toml";
-  r.scene_text = R"(
+  r.scene_text = R"toml(
 [simulation]
 duration = 2.0
 [[body]]
@@ -507,10 +507,9 @@ kind = "revolute"
 parent = "ground"
 child = "crank"
 motion = "3*t + sin(5*t)"
-)";
+)toml";
   r.times = VecX::LinSpaced(11, 0.0, 2.0);
   r.joints = {{.name = "shaft", .kind = "revolute", .position = {}, .orientation = {}, .value = {}, .rate = {}}};
-  const std::string text = r.scene_text;
   add_driven_coordinates(r);
   ASSERT_EQ(r.joints[0].value.rows(), 11);
   for (Eigen::Index i = 0; i < 11; ++i) {
