@@ -76,11 +76,13 @@ std::string moves_without_inertia(const System& system) {
 }
 
 // The direction of a cluster's independent rates along which deformation leaves least of the kinetic energy, that with undeformed masses 1;
-// empty where it leaves a thousandth everywhere. D: reduced mass matrix, `undeformed` the same with undeformed masses.
+// empty where it leaves a tenth everywhere. D: reduced mass matrix, `undeformed` the same with undeformed masses.
 VecX lost_direction(const MatX& D, const MatX& undeformed) {
   if (D.rows() == 0 || D.rows() != undeformed.rows()) return {};
   const GeneralizedEigen eigen(D, undeformed);
-  if (eigen.info() != Eigen::Success || eigen.eigenvalues()[0] > 1e-3) return {};
+  // Adams and DIRK come to rest where a billionth is left, the exponential method at loose tolerances where 4 % are: it linearises. Where
+  // something else makes the steps small, this costs one run more.
+  if (eigen.info() != Eigen::Success || eigen.eigenvalues()[0] > 0.1) return {};
   return eigen.eigenvectors().col(0);
 }
 
@@ -111,8 +113,8 @@ int most_deformed(System& system, size_t cluster, const VecX& direction) {
 
 std::string words_of_lost(const Part& part, double t) {
   return fmt::format(
-      "the kinetic energy of body '{}' is almost lost at t = {:.6g} s: its deformation is too large for second-order displacements; use "
-      "model = \"mixed\" with more volumes, fewer modes (keep_modes), or leave out stiffening",
+      "deformation has taken the kinetic energy of body '{}' along some direction at t = {:.6g} s: it is too large for second-order "
+      "displacements; use model = \"mixed\" with more volumes, fewer modes (keep_modes), or leave out stiffening",
       part.name, t);
 }
 

@@ -13,7 +13,7 @@ namespace flexframe::sim {
 std::string likely_cause(const System& system, double t, const VecX& y, const std::string& complaint);
 
 // The part whose second-order kinetic energy deformation has taken at (t, y), or with it that of the whole mechanism along some direction:
-// not positive any more, or less than a thousandth of what it is along the same direction with the masses of undeformed bodies.
+// not positive any more, or less than a tenth of what it is along the same direction with the masses of undeformed bodies.
 // Accelerations then grow without bound and the steps become too small. -1 if none.
 int lost_inertia(System system, double t, const VecX& y);
 
