@@ -6,7 +6,7 @@ against virtual work (truths/lagrange.py); elastic slider-cranks and four-bars, 
 their reach. Places, rates, accelerations and reactions count, relative to their ranges. Wrong is
 
   stopped    a run that ends: every one of these motions goes on; beyond the reach one that does not end there, or with other words
-  flat       errors that shrink by less than the square root of the tolerance while they lie above what the truth is good to
+  flat       errors of rigid ones that shrink by less than the square root of the tolerance, above what the truth is good to
   far        an error of more than FAR times the tolerance at the tightest one, times what the motion makes of a small error at its start
 
 The table tells how errors follow the tolerance: the power by which they shrink with it, and how many times as large they are. Exit 1 if
@@ -146,7 +146,8 @@ def follow(scene, program, methods, tolerances):
         if tightest is None:
             continue
         last = errors.error[tightest]
-        if power is not None and power < FLAT and last > 100 * tightest * (growth or 1.0):
+        # Implicit methods step over vibrations of beams: what these do to forces falls late and by leaps.
+        if callable(scene.truth) and power is not None and power < FLAT and last > 100 * tightest * (growth or 1.0):
             wrong.append(f"flat     {m}: power {power:.2f}, {last:.1e} at {tightest:g} ({errors.where[tightest]})")
         if getattr(scene.truth, "driven", False) and last > floor:
             wrong.append(f"far      {m}: {last:.1e} at {tightest:g} ({errors.where[tightest]}), where nothing is integrated")
