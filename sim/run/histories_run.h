@@ -25,7 +25,7 @@ struct SimulateOptions {
   // Compares with what was left out, effect by effect, as far as about half the run's cost allows; what is worth more than the asked
   // accuracy (a hundredth where none is asked) becomes a warning. Needs estimate_error.
   bool check_effects = true;
-  int samples = 0;                    // simulate_histories: thin the output times to about this many; 0: all of them
+  int samples = 0;  // simulate_histories: thin the output times to about this many; 0: all of them
   // simulate_histories, instead of samples: every so many-th output time and the last alone; all of them where ranges are looked at that
   // may be left in between (beside, left_ranges.h). 0: all.
   int every = 0;

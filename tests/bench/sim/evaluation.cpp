@@ -12,8 +12,8 @@
 // where not given.
 //
 // With --batch N every scene is read once and run N times in a row with another gravity each time, as sweeps run a scene with other
-// numbers: runs a CPU second, histories of the outputs included (at every K-th output time and the last), and how far off the first run is (of the ranges of its outputs, against a
-// run with a hundredth of the tolerance).
+// numbers: runs a CPU second, histories of the outputs included (at every K-th output time and the last), and how far off the first run is
+// (of the ranges of its outputs, against a run with a hundredth of the tolerance).
 #include "sim/run/histories_run.h"
 #include "sim/run/integrate_run.h"
 #include "sim/scene/scene_reader.h"
