@@ -25,17 +25,22 @@ ExponentialSolver::ClosedForm closed_form(double f, double h, double g, double g
   return {a, b, c, sine};
 }
 
-// sin, cos: of f h x.
-Driven at(const ExponentialSolver::ClosedForm& form, double f, double h, double gq, double x, double sin, double cos) {
+struct Turned {
+  double sin = 0.0, cos = 0.0;
+};
+
+// turned: by f h x.
+Driven at(const ExponentialSolver::ClosedForm& form, double f, double h, double gq, double x, const Turned& turned) {
   const auto [a, b, c, sine] = form;
+  const auto [sin, cos] = turned;
   return {a + b * x + c * x * x - a * cos + sine * sin, (b + 2.0 * c * x) / h + f * (a * sin + sine * cos) - gq * (2.0 * x * x - x)};
 }
 
 Driven driven(double f, double h, double g, double gq, double x) {
   if (f * h >= once_round) {
-    double sin = 0.0, cos = 0.0;
-    sine_cosine(f * h * x, sin, cos);
-    return at(closed_form(f, h, g, gq), f, h, gq, x, sin, cos);
+    Turned turned;
+    sine_cosine(f * h * x, turned.sin, turned.cos);
+    return at(closed_form(f, h, g, gq), f, h, gq, x, turned);
   }
   // A series: where little turns, the closed form loses its digits.
   const double square = f * f * h * h, loads[3] = {-gq * h, 4.0 * gq * h - g * h * h, 2.0 * g * h * h};
@@ -124,7 +129,7 @@ void ExponentialSolver::correct_within(double theta) const {
   sines_cosines(in.sines.data(), static_cast<int>(turning), in.sines.data(), in.cosines.data());
   for (size_t i = 0; i < turning; ++i) {
     const Within::Fast& mode = in.fast[i];
-    const Driven d = at(mode.form, mode.frequency, h, correction_.p[mode.at], theta, in.sines[i], in.cosines[i]);
+    const Driven d = at(mode.form, mode.frequency, h, correction_.p[mode.at], theta, {in.sines[i], in.cosines[i]});
     v[mode.at] = d.v, u[mode.at] = d.u - once * correction_.p[mode.at];
   }
 }
