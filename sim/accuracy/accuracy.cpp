@@ -248,8 +248,8 @@ std::optional<Finished> found_by_search(Task& t) {
   return *t.nearest;
 }
 
-// What bending in one frame is worth; what is left out and warned of goes into found.warned.
-double check_result(const Task& t, Finished& found, double accuracy, Results& results) {
+// What bending in one frame is worth.
+double check_result(const Task& t, const Finished& found, double accuracy, Results& results) {
   SolverStatistics& s = results.statistics;
   NeglectOptions check;
   check.tolerance = found.loose_tolerance;
@@ -261,7 +261,7 @@ double check_result(const Task& t, Finished& found, double accuracy, Results& re
   check.run_tolerance = found.setting.tolerance;
   check.run_error = found.time;  // both runs of a pair have the same modes
   check.deformations = true;
-  found.warned = report_neglected(found.scene, t.search.states, found.looser, check, accuracy, s);
+  report_neglected(found.scene, t.search.states, found.looser, check, accuracy, s);
   // Volumes that the search chose were judged by a few more of them, all beams at once: where each still bends far, twice as many tell.
   const std::vector<LinearLimit>& limits = found.limits;
   ModelCheckOptions models{accuracy, check_budget(s.work), check, {}};
@@ -357,7 +357,6 @@ Results stated(const Task& t, Finished found, const Searched& searched, const Se
                                "{:.1e} that beams bend too far for one frame: give volumes",
                                accuracy, s.error_estimate, found.column, bending));
   }
-  s.error_estimate = std::hypot(s.error_estimate, found.warned), out.effects = std::hypot(out.effects, found.warned);
   s.accuracy = out;
   if (memory) remember_settings(*memory, {found.scene, found.method, s, outputs_fingerprint(results)});
   return results;

@@ -478,8 +478,8 @@ std::optional<Finished> Straight::finish_as_written() {
   if (short_of_margins_) return std::nullopt;
   t_.decade = std::max(1.05, run_.results.statistics.work / std::max(looser_.statistics.work, 1e-9));
   f.results = run_.results;
-  f.warned = std::max(report_left_out(f.scene, run_.left_out, t_.accuracy, f.results.statistics),
-                      report_left_out(f.scene, run_.second_order, t_.accuracy, f.results.statistics));
+  report_left_out(f.scene, run_.left_out, t_.accuracy, f.results.statistics);
+  report_left_out(f.scene, run_.second_order, t_.accuracy, f.results.statistics);
   if (!check(f) && warned(f.results.statistics.notes, false)) return std::nullopt;
   if (f.error > t_.accuracy) return std::nullopt;
   return f;
@@ -608,8 +608,8 @@ void Straight::report_chosen(Finished& f) const {
   for (const LeftOutWorth& w : run_.left_out)
     if (chosen_by_scene(w)) chosen.push_back(w);
   check.told = &chosen;
-  f.warned = report_neglected(f.scene, run_.effects, f.looser, check, t_.accuracy, s);
-  f.warned = std::max(f.warned, report_left_out(f.scene, chosen, t_.accuracy, s));  // those that it could not measure
+  report_neglected(f.scene, run_.effects, f.looser, check, t_.accuracy, s);
+  report_left_out(f.scene, chosen, t_.accuracy, s);  // those that it could not measure
 }
 
 // What the first run tells although its motion calls for more effects: where its vibrations are to be followed, which is another run, with

@@ -118,7 +118,6 @@ struct Finished {
   std::string column;
   double time = 0.0, space = 0.0, effects = 0.0;  // its parts
   double loose_tolerance = 0.0;                   // of `looser`
-  double warned = 0.0;                            // what is left out by the scene's own choice and warned of, beside the error
   std::string unreached;                          // why no search is made where the error is larger than what is asked; empty: the modes
   double cpu() const { return results.statistics.cpu_seconds; }
   double work() const { return results.statistics.work; }

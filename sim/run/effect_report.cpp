@@ -324,8 +324,8 @@ void merge(std::vector<LeftOutWorth>& all, const LeftOutWorth& next, const Same&
 
 }  // namespace
 
-double report_neglected(const Scene& scene, const std::vector<EffectState>& states, const Histories& base, const NeglectOptions& options,
-                        double asked, SolverStatistics& out) {
+void report_neglected(const Scene& scene, const std::vector<EffectState>& states, const Histories& base, const NeglectOptions& options,
+                      double asked, SolverStatistics& out) {
   NeglectOptions confirmed = options;
   confirmed.confirm_above = asked;
   const NeglectCheck check = check_neglected(scene, states, base, confirmed);
@@ -333,12 +333,10 @@ double report_neglected(const Scene& scene, const std::vector<EffectState>& stat
     return options.told &&
            std::any_of(options.told->begin(), options.told->end(), [&](const LeftOutWorth& w) { return w.effect == effect; });
   };
-  double warned = 0.0;
   for (const Neglected& n : check.found) {
     if (options.told) std::erase_if(*options.told, [&](const LeftOutWorth& w) { return w.effect == n.effect; });
     if (n.share > asked && n.resolved) {
       out.notes.warn("", neglect_text(scene, n));
-      warned = std::max(warned, n.share);
       continue;
     }
     const std::string influence =
@@ -352,10 +350,9 @@ double report_neglected(const Scene& scene, const std::vector<EffectState>& stat
         "", fmt::format("{} of {} left out; its influence was not checked: {}; flexframe effects measures it", u.effect, quoted(u.owners),
                         u.failed.empty() ? "that would take longer than the run" : "with it the run fails (" + u.failed + ")"));
   }
-  return warned;
 }
 
-double report_left_out(const Scene& scene, const std::vector<LeftOutWorth>& found, double asked, SolverStatistics& out) {
+void report_left_out(const Scene& scene, const std::vector<LeftOutWorth>& found, double asked, SolverStatistics& out) {
   const auto neglected = [](const LeftOutWorth& f) { return Neglected{f.effect, f.owners, f.share, f.column, true, f.possible}; };
   // Like bodies give one line.
   std::vector<LeftOutWorth> warned, told;
@@ -365,14 +362,12 @@ double report_left_out(const Scene& scene, const std::vector<LeftOutWorth>& foun
       merge(warned, f, [&](const LeftOutWorth& have) { return remedy_of(scene, neglected(have)) == remedy_of(scene, neglected(f)); });
     else merge(told, f, [&](const LeftOutWorth& have) { return (have.share > 0.0) == (f.share > 0.0); });
   }
-  double most = 0.0;
-  for (const LeftOutWorth& f : warned) out.notes.warn("", neglect_text(scene, neglected(f))), most = std::max(most, f.share);
+  for (const LeftOutWorth& f : warned) out.notes.warn("", neglect_text(scene, neglected(f)));
   for (const LeftOutWorth& f : told)
     out.notes.tell(
         "", fmt::format("{} of {} left out: {}", f.effect, quoted(f.owners),
                         f.share > 0.0 ? fmt::format("{}{:.1g} of the range of {}", f.owners.size() > 1 ? "at most " : "", f.share, f.column)
                                       : "no influence on the outputs"));
-  return most;
 }
 
 bool call_for(const std::vector<LeftOutWorth>& found, double asked, Scene& scene, Notes& notes) {

@@ -110,14 +110,13 @@ inline constexpr double check_price = 1.5;
 // What it may take in any case, CPU s: nobody waits for that.
 inline constexpr double least_check = 0.5;
 
-// Checks and says what was found: warnings for what is worth more than `asked`, notes for the rest. Both return the largest share that they
-// warned of, 0 where nothing.
-double report_neglected(const Scene& scene, const std::vector<EffectState>& states, const Histories& base, const NeglectOptions& options,
-                        double asked, SolverStatistics& out);
+// Checks and says what was found: warnings for what is worth more than `asked`, notes for the rest.
+void report_neglected(const Scene& scene, const std::vector<EffectState>& states, const Histories& base, const NeglectOptions& options,
+                      double asked, SolverStatistics& out);
 
 // What is worth more than `asked` as warnings, the rest as notes; where the program decides the effects, and of what is of second order,
 // half of it, as no less is told than half of a worth.
-double report_left_out(const Scene& scene, const std::vector<LeftOutWorth>& found, double asked, SolverStatistics& out);
+void report_left_out(const Scene& scene, const std::vector<LeftOutWorth>& found, double asked, SolverStatistics& out);
 
 // Adds what beams with automatic effects need of what they went without: the scene is to be simulated anew. A note says what and why. False
 // if nothing.

@@ -87,7 +87,7 @@ Results sample_results(Eigen::Index nt = 37) {
   r.potential = fill(nt, 1);
   r.supplied = fill(nt, 1);
   r.dissipated = fill(nt, 1);
-  r.statistics = {"adams", 1e-6, 123456789012L, 2, 3, 4, 5, 0.25, 1e-5, "slider.x", {}, {}};
+  r.statistics = {"adams", 1e-6, 123456789012L, 2, 3, 4, 5, 0.25, 0.0, 1e-5, "slider.x", {}, {}};
   r.statistics.notes.tell("", "first note");
   r.statistics.notes.warn("", "second");
   return r;
