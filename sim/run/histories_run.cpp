@@ -26,13 +26,11 @@ bool counts_turns(const Model& model, const Scene& scene, const OutputDef& outpu
   return true;
 }
 
-// Every k-th time and the last, so that about as many remain as are wanted. Angles that are counted through turns need all times.
-std::vector<double> thinned(const std::vector<double>& times, const Model& model, const Scene& scene, const SimulateOptions& options) {
+// Every k-th time and the last, so that about `wanted` remain. Angles that are counted through turns need all times.
+std::vector<double> thinned(const std::vector<double>& times, const Model& model, const Scene& scene, int wanted) {
   const bool turns =
       std::any_of(scene.outputs.begin(), scene.outputs.end(), [&](const OutputDef& o) { return counts_turns(model, scene, o); });
-  size_t stride = 1;
-  if (!turns && options.every > 0) stride = static_cast<size_t>(options.every);
-  else if (!turns && options.samples > 0) stride = std::max<size_t>(1, times.size() / static_cast<size_t>(options.samples));
+  const size_t stride = wanted > 0 && !turns ? std::max<size_t>(1, times.size() / static_cast<size_t>(wanted)) : 1;
   std::vector<double> out;
   for (size_t i = 0; i < times.size(); i += stride) out.push_back(times[i]);
   if (out.back() != times.back()) out.push_back(times.back());
@@ -57,7 +55,6 @@ namespace {
 class Beside {
  public:
   explicit Beside(const System& system) : ranges_(system), swings_(VecX::Zero(static_cast<Eigen::Index>(system.scene.bodies.size()))) {}
-  bool watches() const { return ranges_.watches(); }
   void look(System& system, double t) {
     ranges_.look(system, t);
     for (const Part& part : system.model.parts)
@@ -83,11 +80,10 @@ Histories histories_of(const System* start, const Scene& scene, const SimulateOp
       System system = start && &s == &scene ? copy_start(*start) : make_system(s);
       if (options.tolerance) system.tolerance = *options.tolerance;
       system.weights.shares = shares;
+      const std::vector<double> times = thinned(sample_times(s.simulation), system.model, s, options.samples);
+      HistoryRecorder recorder(system, times, options.read);
       std::optional<Beside> beside;
       if (options.beside) beside.emplace(system);
-      std::vector<double> times = sample_times(s.simulation);
-      if (!(options.every > 0 && beside && beside->watches())) times = thinned(times, system.model, s, options);
-      HistoryRecorder recorder(system, times, options.read);
       RunSpan span = whole_run(s.simulation, times);
       const SolverStatistics statistics = integrate(
           system, options.method.value_or(s.simulation.method), span, {options.progress, steps_allowed(scene, options), options.tell},

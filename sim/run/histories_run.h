@@ -25,10 +25,7 @@ struct SimulateOptions {
   // Compares with what was left out, effect by effect, as far as about half the run's cost allows; what is worth more than the asked
   // accuracy (a hundredth where none is asked) becomes a warning. Needs estimate_error.
   bool check_effects = true;
-  int samples = 0;  // simulate_histories: thin the output times to about this many; 0: all of them
-  // simulate_histories, instead of samples: every so many-th output time and the last alone; all of them where ranges are looked at that
-  // may be left in between (beside, left_ranges.h). 0: all.
-  int every = 0;
+  int samples = 0;                    // simulate_histories: thin the output times to about this many; 0: all of them
   std::vector<bool> read;             // simulate_histories: of the columns, those that anybody reads (the others are zero); empty: all
   SeenBeside* beside = nullptr;       // simulate_histories: null: not looked at
   std::vector<double> weight_shares;  // of the trees, where they are known from another run of the scene (ErrorWeights); empty: found

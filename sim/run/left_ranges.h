@@ -16,8 +16,6 @@ class LeftRanges {
   explicit LeftRanges(const System& system);
   // Looks at the state in `system`, which was recorded last, at the time t (s). Costs nothing where the model has none of these.
   void look(System& system, double t);
-  // Whether there is anything to look at.
-  bool watches() const { return ropes_ || !watched_.empty(); }
   // A warning for each that was left, with the first time.
   void warn(Notes& into) const;
 

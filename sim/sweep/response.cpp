@@ -9,8 +9,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
-#include <vector>
 
 namespace flexframe::sim {
 namespace {
@@ -199,8 +197,8 @@ Response::Response(const std::string& text, std::span<const std::string> columns
   }
 }
 
-// What stands inside a reduction, at every sample.
-VecX Response::series(const Formula& of, const Histories& h, std::span<const double> settings, Seen seen) {
+double Response::reduce(const Reduction& reduction, const Histories& h, std::span<const double> settings, Seen seen) {
+  const Formula& of = reduction.of;
   std::vector<double> variables(of.reads.size());
   for (std::size_t k = 0; k < of.reads.size(); ++k) {
     const auto [source, at] = of.reads[k];
@@ -213,11 +211,6 @@ VecX Response::series(const Formula& of, const Histories& h, std::span<const dou
       if (of.reads[k].first == Formula::Source::column) variables[k] = h.values(static_cast<Eigen::Index>(of.reads[k].second), i);
     x[i] = of.expression.value(h.times[i], variables.data());
   }
-  return x;
-}
-
-double Response::reduce(const Reduction& reduction, const Histories& h, std::span<const double> settings, Seen seen) {
-  const VecX x = series(reduction.of, h, settings, seen);
   const VecX& t = h.times;
   const Eigen::Index last = x.size() - 1;
   const double duration = t[last] - t[0];
@@ -280,42 +273,21 @@ bool Response::reads_frequency() const {
   return std::any_of(formula_.reductions.begin(), formula_.reductions.end(), [](const auto& r) { return r->word == frequency; });
 }
 
-bool Response::takes_few_samples() const {
-  const std::function<bool(const Formula&)> only = [&](const Formula& formula) {
-    return std::all_of(formula.reductions.begin(), formula.reductions.end(),
-                       [&](const auto& r) { return r->word <= integral && only(r->of); });
-  };
-  return only(formula_);
-}
-
-double Response::change_by(const Histories& all, const Histories& few, std::span<const double> settings) const {
-  double most = 0.0;
-  for (const auto& reduction : formula_.reductions) {
-    const VecX x = series(reduction->of, all, settings, Seen::between);
-    const double duration = all.times[all.times.size() - 1] - all.times[0],
-                 size = (x.maxCoeff() - x.minCoeff()) * (reduction->word == integral ? duration : 1.0);
-    const double change = std::abs(reduce(*reduction, all, settings, Seen::between) - reduce(*reduction, few, settings, Seen::between));
-    if (size > 0.0) most = std::max(most, change / size);
-  }
-  return most;
-}
-
-Histories thinned(const Histories& histories, Eigen::Index every) {
-  std::vector<Eigen::Index> kept;
-  for (Eigen::Index i = 0; i < histories.times.size(); i += every) kept.push_back(i);
-  // What a run ends with is no matter of sampling.
-  if (!kept.empty() && kept.back() + 1 < histories.times.size()) kept.push_back(histories.times.size() - 1);
-  Histories out = histories;
-  out.times = histories.times(kept);
-  out.values = histories.values(Eigen::all, kept);
-  return out;
-}
-
 std::optional<double> Response::share_of_sampling(const Histories& h, std::span<const double> settings) const {
   const auto seen = [](const std::shared_ptr<const Reduction>& r) { return r->word <= integral && r->word != final && r->word != initial; };
   if (h.times.size() < 5 || formula_.reductions.empty() || !std::all_of(formula_.reductions.begin(), formula_.reductions.end(), seen))
     return {};
-  const Histories thin = thinned(h, 2);
+  // The last sample stays: what a run ends with is no matter of sampling.
+  const Eigen::Index n = h.times.size(), half = n / 2 + 1;
+  Histories thin;
+  thin.columns = h.columns;
+  thin.times.resize(half);
+  thin.values.resize(h.values.rows(), half);
+  for (Eigen::Index i = 0; i < half; ++i) {
+    const Eigen::Index from = std::min(2 * i, n - 1);
+    thin.times[i] = h.times[from];
+    thin.values.col(i) = h.values.col(from);
+  }
   const double all = value(h, settings), few = value(thin, settings), between = value(h, settings, Seen::between);
   const double off = std::max(std::abs(all - few) / 3.0, std::abs(all - between));
   return off == 0.0 ? 0.0 : off / std::abs(all);

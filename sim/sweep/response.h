@@ -41,16 +41,6 @@ class Response {
   // None where that is no measure (times and frequencies, values of one sample alone).
   std::optional<double> share_of_sampling(const Histories& histories, std::span<const double> settings) const;
 
-  // Extreme values of what lies between the samples too, by parabolas: for samples that are no more than the motion needs.
-  double value_between(const Histories& histories, std::span<const double> settings) const {
-    return value(histories, settings, Seen::between);
-  }
-  // Whether it needs no more samples than the motion: times of samples and frequencies do.
-  bool takes_few_samples() const;
-  // The largest difference of what the histories of `all` come to and those of `few`, with extreme values of what lies between the samples,
-  // as a share of each history's range (in `all`).
-  double change_by(const Histories& all, const Histories& few, std::span<const double> settings) const;
-
   // Marks the columns that it reads.
   void mark_read(std::vector<bool>& columns) const { mark_read(formula_, columns); }
 
@@ -77,16 +67,12 @@ class Response {
   static Formula read(const std::string& text, const Known& known, bool of_histories);
   // What extreme values are taken of: the samples, or what lies between them too.
   enum class Seen { samples, between };
-  static VecX series(const Formula& of, const Histories& histories, std::span<const double> settings, Seen seen);
   static double reduce(const Reduction& reduction, const Histories& histories, std::span<const double> settings, Seen seen);
   double value(const Histories& histories, std::span<const double> settings, Seen seen) const;
 
   std::string name_;
   Formula formula_;
 };
-
-// The histories at every so many-th sample and the last one.
-Histories thinned(const Histories& histories, Eigen::Index every);
 
 // "NAME=EXPRESSION" as name and expression; the name is the expression where none is given.
 std::pair<std::string, std::string> split_response(const std::string& text);

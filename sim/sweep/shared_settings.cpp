@@ -13,7 +13,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <map>
 #include <utility>
 
@@ -50,34 +49,6 @@ constexpr double loosest_beside = 0.1, tightest_beside = 1e-12;
 // A run beside each point, ten times tighter: errors of time may grow there as they do at no place.
 constexpr double between = 10.0;
 constexpr int beside_samples = 50;
-// Where all responses are extreme values, means and the like, only so many output times are made as change them by so little of the asked
-// accuracy: at the places, and at a point, whose error is told by that much larger; where more changes it is run again with all of them.
-constexpr double sampling_share = 0.05, most_sampling = 0.1;
-constexpr int most_apart = 16;  // output times
-
-// How far responses may be off because of the distance of the samples, of the ranges of the histories that they read: what doubling it
-// changes, which for what is smooth is three times the error or more, and for vibrations of few samples about it.
-double error_of_sampling(const Sweep& sweep, const Histories& h, const std::vector<double>& numbers) {
-  if (h.times.size() < 5) return std::numeric_limits<double>::infinity();
-  double most = 0.0;
-  const Histories few = thinned(h, 2);
-  for (const Response& response : sweep.responses) most = std::max(most, response.change_by(h, few, numbers));
-  return most;
-}
-
-// So many-th sample of a run at all output times is enough for all responses.
-int samples_needed(const Sweep& sweep, const Histories& all, const std::vector<double>& numbers, double asked) {
-  if (!std::all_of(sweep.responses.begin(), sweep.responses.end(), [](const Response& r) { return r.takes_few_samples(); })) return 1;
-  const auto enough = [&](int every) {
-    const Histories few = thinned(all, every);
-    return error_of_sampling(sweep, few, numbers) <= sampling_share * asked &&
-           std::all_of(sweep.responses.begin(), sweep.responses.end(),
-                       [&](const Response& r) { return r.change_by(all, few, numbers) <= sampling_share * asked; });
-  };
-  int every = most_apart;
-  while (every > 1 && !enough(every)) every /= 2;
-  return every;
-}
 
 struct Refused {};  // a place that takes longer than a point may
 
@@ -128,8 +99,7 @@ double apart_at(double factor, const Histories& run, const Scene& scene, Simulat
   Scene other = scene;
   other.simulation.tolerance = std::clamp(factor * scene.simulation.tolerance.value_or(default_tolerance), tightest_beside, loosest_beside);
   options.beside = nullptr;
-  // The run's samples, or every so many-th of them.
-  options.every = std::max(1, options.every) * static_cast<int>(std::max<Eigen::Index>(1, run.times.size() / beside_samples));
+  options.samples = beside_samples;
   return apart(simulate_histories(other, options), run, read, column);
 }
 
@@ -384,13 +354,11 @@ std::optional<SharedSettings> Finder::share() {
   out.error = error_;
   out.column = column_;
   std::size_t most = 0;
-  out.every = most_apart;
   for (const Place& place : places_) {
     out.places.push_back(place.point);
     SeenBeside beside;
     const Histories h = run(chosen_, place, &beside);
     const VecX ranges = output_ranges(h);
-    out.every = std::min(out.every, samples_needed(sweep_, h, sweep_numbers(sweep_, sweep_.design.point(place.point)), asked_));
     out.low = out.low.size() == 0 ? ranges : VecX(out.low.cwiseMin(ranges));
     out.high = out.high.size() == 0 ? ranges : VecX(out.high.cwiseMax(ranges));
     out.swings = out.swings.size() == 0 ? beside.swings : VecX(out.swings.cwiseMax(beside.swings));
@@ -431,7 +399,6 @@ void write_shared(const Sweep& sweep, const fs::path& folder, const std::optiona
     toml_put(root, "high", numbers(shared->high));
     toml_put(root, "swings", numbers(shared->swings));
     toml_put(root, "steps", toml_count(shared->steps));
-    toml_put(root, "every", toml_count(shared->every));
     toml_put(root, "warnings", toml_texts(shared->warnings));
     SolverStatistics statistics;
     statistics.error_estimate = shared->error;
@@ -473,7 +440,6 @@ std::shared_ptr<const SharedSettings> read_shared(const Sweep& sweep, const fs::
     out.high = vector("high");
     out.swings = vector("swings");
     out.steps = root.integer("steps", 0, 2000000000);
-    out.every = root.integer("every", 1, most_apart);
     out.warnings = root.texts("warnings");
     if (out.places.empty()) return nullptr;
     out.written = sweep_scene(sweep, sweep.design.point(out.places.front()));
@@ -556,21 +522,9 @@ std::optional<SharedRun> run_with_shared(const Sweep& sweep, const SharedSetting
   o.method = shared.method;
   o.read = read;
   o.beside = &beside;
-  o.every = shared.every;
   SharedRun out;
   try {
     out.histories = simulate_histories(chosen, o);
-    double sampling = 0.0;
-    if (out.thinned = shared.every > 1; out.thinned) {
-      const std::vector<double> numbers = sweep_numbers(sweep, sweep.design.point(point));
-      sampling = most_sampling * shared.asked;
-      if (!(error_of_sampling(sweep, out.histories, numbers) <= sampling)) {
-        sampling = 0.0;
-        out.thinned = false;
-        o.every = 1;
-        out.histories = simulate_histories(chosen, o);
-      }
-    }
     const Histories& h = out.histories;
     const VecX ranges = output_ranges(h);
     if (ranges.size() != shared.low.size() || beside.swings.size() != shared.swings.size()) return std::nullopt;
@@ -580,14 +534,14 @@ std::optional<SharedRun> run_with_shared(const Sweep& sweep, const SharedSetting
         return std::nullopt;
     for (Eigen::Index b = 0; b < beside.swings.size(); ++b)
       if (!(beside.swings[b] <= like * shared.swings[b])) return std::nullopt;
-    out.error = shared.error + sampling;
+    out.error = shared.error;
     out.column = shared.column;
     out.warnings = shared.warnings;
     if (options.estimate_error) {
       std::string column;
       const double error = apart_at(1.0 / between, h, chosen, o, read, column) + shared.finer_error;
       if (error > shared.asked) return std::nullopt;
-      if (error > out.error) out.error = error + sampling, out.column = column;
+      if (error > out.error) out.error = error, out.column = column;
     }
     for (const std::string& text : beside.notes.texts(Severity::warning)) out.warnings.push_back(text);
     // Multiplied, so that the points judged do not lie in rows of a grid.
@@ -597,8 +551,8 @@ std::optional<SharedRun> run_with_shared(const Sweep& sweep, const SharedSetting
     Scene finer = scene;
     take_choices(shared.finer, finer);
     o.beside = nullptr;
-    o.every *= static_cast<int>(std::max<Eigen::Index>(1, h.times.size() / judged_samples));
-    out.error = apart(h, simulate_histories(finer, o), read, out.column) + shared.finer_error + sampling;
+    o.samples = judged_samples;
+    out.error = apart(h, simulate_histories(finer, o), read, out.column) + shared.finer_error;
     if (out.error > shared.asked)
       out.warnings.push_back(
           fmt::format("the settings that the points of this sweep share do not keep the requested accuracy of {:g} here: the "

@@ -37,7 +37,6 @@ struct SharedSettings {
   VecX low, high;                     // ranges of the columns that are read, over the places
   VecX swings;                        // of the bodies, the largest over the places (SeenBeside)
   long steps = 0;                     // the most
-  int every = 1;                      // so many-th output time is enough for the responses
   std::vector<std::string> warnings;  // of the place that warned most
 };
 
@@ -49,7 +48,6 @@ std::shared_ptr<const SharedSettings> find_shared_settings(const Sweep& sweep, c
 // cheaper, too.
 struct SharedRun {
   Histories histories;
-  bool thinned = false;  // not at all output times: responses are those of value_between
   double error = 0.0;
   std::string column;
   bool judged = false;

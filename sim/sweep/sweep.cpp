@@ -159,21 +159,18 @@ void check_samples(const Sweep& sweep, const std::vector<std::size_t>& coarse, c
       row);
 }
 
-// The numbers of a run. results: of the same run, null where no response reads a frequency. few: its samples are no more than the responses
-// need (SharedRun).
-void respond(const Sweep& sweep, const std::vector<Design::Value>& values, const Histories& histories, const Results* results, bool few,
+// The numbers of a run. results: of the same run, null where no response reads a frequency.
+void respond(const Sweep& sweep, const std::vector<Design::Value>& values, const Histories& histories, const Results* results,
              SweepRow& row) {
-  const std::vector<double> numbers = sweep_numbers(sweep, values);
+  std::vector<double> numbers;
+  for (std::size_t k = 0; k < values.size(); ++k)
+    if (sweep.design.axes()[k].chance || !sweep.design.axes()[k].numbers.empty()) numbers.push_back(values[k].number);
   // A setting may change the columns: an output's body, its quantity.
   if (histories.columns != sweep.columns) throw SimulationError("its outputs have other columns than those of the first point");
   std::vector<std::string> problems;
   std::vector<std::size_t> coarse;
   for (std::size_t k = 0; k < sweep.responses.size(); ++k) {
     try {
-      if (few) {
-        row.responses[k] = sweep.responses[k].value_between(histories, numbers);
-        continue;
-      }
       row.responses[k] = sweep.responses[k].value(histories, numbers);
       if (const auto share = sweep.responses[k].share_of_sampling(histories, numbers); share && *share > unasked_accuracy)
         coarse.push_back(k);
@@ -292,13 +289,6 @@ Scene sweep_scene(const Sweep& sweep, const std::vector<Design::Value>& values) 
   return scene_at(sweep.scene_text, sweep.question.scene, sweep.design.settings(values));
 }
 
-std::vector<double> sweep_numbers(const Sweep& sweep, const std::vector<Design::Value>& values) {
-  std::vector<double> numbers;
-  for (std::size_t k = 0; k < values.size(); ++k)
-    if (sweep.design.axes()[k].chance || !sweep.design.axes()[k].numbers.empty()) numbers.push_back(values[k].number);
-  return numbers;
-}
-
 SimulateOptions sweep_options(const Sweep& sweep) { return options_of(sweep.question); }
 
 SweepRow run_point(const Sweep& sweep, long point, const std::function<void()>& stop, const SharedSettings* shared) {
@@ -327,11 +317,11 @@ SweepRow run_values(const Sweep& sweep, long point, const std::vector<Design::Va
     };
     if (const auto run = shared ? run_with_shared(sweep, *shared, scene, point, options) : std::nullopt) {
       tell(run->warnings, run->error, run->column);
-      if (row.end != PointEnd::failed) respond(sweep, values, run->histories, nullptr, run->thinned, row);
+      if (row.end != PointEnd::failed) respond(sweep, values, run->histories, nullptr, row);
     } else {
       const Results results = simulate_as_asked(scene, options);
       tell(results.statistics.notes.texts(Severity::warning), results.statistics.error_estimate, results.statistics.error_column);
-      if (row.end != PointEnd::failed) respond(sweep, values, to_histories(results), &results, false, row);
+      if (row.end != PointEnd::failed) respond(sweep, values, to_histories(results), &results, row);
     }
   } catch (const InputError& problem) {
     row.end = PointEnd::refused;

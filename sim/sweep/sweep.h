@@ -89,8 +89,6 @@ SweepRow run_values(const Sweep& sweep, long point, const std::vector<Design::Va
 // What a point is run with: its scene (throws InputError where that is none) and the options of the question.
 Scene sweep_scene(const Sweep& sweep, const std::vector<Design::Value>& values);
 SimulateOptions sweep_options(const Sweep& sweep);
-// Of a point's values those that are numbers, in the order of the keys: what responses read as settings.
-std::vector<double> sweep_numbers(const Sweep& sweep, const std::vector<Design::Value>& values);
 
 struct SweepShard {
   int shard = 1, shards = 1;  // points with number % shards == shard % shards

@@ -202,32 +202,6 @@ TEST(SweepResponse, SaysWhatIsWrong) {
   EXPECT_THROW(Response("sqrt(min(arm.x))", h.columns, settings).value(h, std::vector<double>{1.0}), SimulationError);
 }
 
-TEST(Response, FewSamplesAreToldApart) {
-  // sin 3 t over two and a half periods, 40 samples a period and fewer: extreme values by parabolas and means by trapezia are known.
-  Histories h;
-  const Eigen::Index n = 101;
-  h.columns = {"x"};
-  h.units = {"m"};
-  h.times = VecX::LinSpaced(n, 0.0, 5.0 * std::numbers::pi / 3.0);
-  h.values = (3.0 * h.times.transpose()).array().sin();
-  const std::vector<std::string> none;
-  const std::vector<double> numbers;
-  const Response range("range(x)", h.columns, none), mean("mean(x)", h.columns, none), late("time_of(x > 0.5)", h.columns, none);
-  EXPECT_TRUE(range.takes_few_samples() && mean.takes_few_samples());
-  EXPECT_TRUE(Response("rms(x - mean(x))", h.columns, none).takes_few_samples());
-  EXPECT_FALSE(late.takes_few_samples() || Response("max(x - time_of(x > 0.5))", h.columns, none).takes_few_samples());
-  const Histories few = thinned(h, 8);
-  ASSERT_EQ(few.times.size(), 14);
-  EXPECT_EQ(few.times[13], h.times[n - 1]);
-  EXPECT_NEAR(range.value_between(h, numbers), 2.0, 1e-5);
-  // Five samples a period: the parabola's top is within (2 pi / 5)^4 / 64 or so of the true one.
-  EXPECT_NEAR(range.value_between(few, numbers), 2.0, 0.08);
-  EXPECT_NEAR(range.change_by(h, few, numbers), std::abs(range.value_between(few, numbers) - range.value_between(h, numbers)) / 2.0, 1e-6);
-  // The trapezoidal rule leaves h^2 / 12 (x'(end) - x'(begin)) of the integral.
-  const double step = few.times[1], wanted = step * step / 12.0 * 2.0 * 3.0 / (h.times[n - 1]) / 2.0;
-  EXPECT_NEAR(mean.change_by(h, few, numbers), wanted, 0.2 * wanted);
-}
-
 TEST(SweepRows, DamagedLinesAreFound) {
   SweepRow row{12, PointEnd::lacking, 0.25, 1e-3, "arm.x", {1.0 / 3.0, std::nullopt, -2e-300}, "one\ttwo\nthree"};
   const std::string line = row_line(row);

@@ -1,6 +1,6 @@
 // What a run of a scene costs and what of it: set-up (parse to the first step), one evaluation of the equations of motion, evaluations.
 //
-//   bench_evaluation SCENE... [--runs N] [--count N] [--setup] [--batch N [--tolerance T] [--every K]]
+//   bench_evaluation SCENE... [--runs N] [--count N] [--setup] [--batch N [--tolerance T]]
 //
 // CPU seconds are the least of N runs (five) without estimates of errors and effects, as the integrator has them. An evaluation is timed
 // at the states of the run's samples. With --count N nothing is timed and every scene is evaluated N times at its start, for counting
@@ -12,8 +12,8 @@
 // where not given.
 //
 // With --batch N every scene is read once and run N times in a row with another gravity each time, as sweeps run a scene with other
-// numbers: runs a CPU second, histories of the outputs included (at every K-th output time and the last), and how far off the first run is
-// (of the ranges of its outputs, against a run with a hundredth of the tolerance).
+// numbers: runs a CPU second, histories of the outputs included, and how far off the first run is (of the ranges of its outputs, against a
+// run with a hundredth of the tolerance).
 #include "sim/run/histories_run.h"
 #include "sim/run/integrate_run.h"
 #include "sim/scene/scene_reader.h"
@@ -104,12 +104,11 @@ void set_up(const std::string& file, long runs) {
   fmt::print("{}: set-up {:.3f} ms\n", file, 1e3 * least);
 }
 
-void run_often(const std::string& file, long count, std::optional<double> tolerance, int every) {
+void run_often(const std::string& file, long count, std::optional<double> tolerance) {
   Scene scene = read_scene(file);
   SimulateOptions options;
   options.estimate_error = options.check_effects = false;
   options.tolerance = tolerance ? tolerance : scene.simulation.tolerance;
-  options.every = every;
   SimulateOptions strict = options;
   strict.tolerance = 0.01 * options.tolerance.value_or(1e-6);
   const Histories first = simulate_histories(scene, options), reference = simulate_histories(scene, strict);
@@ -130,14 +129,12 @@ void run_often(const std::string& file, long count, std::optional<double> tolera
 int main(int count, char** words) {
   std::vector<std::string> scenes;
   long repeats = 0, runs = 0, batch = 0;
-  int every = 0;
   bool setup = false;
   std::optional<double> tolerance;
   for (int i = 1; i < count; ++i) {
     if (std::string_view(words[i]) == "--count" && i + 1 < count) repeats = std::atol(words[++i]);
     else if (std::string_view(words[i]) == "--batch" && i + 1 < count) batch = std::atol(words[++i]);
     else if (std::string_view(words[i]) == "--tolerance" && i + 1 < count) tolerance = std::atof(words[++i]);
-    else if (std::string_view(words[i]) == "--every" && i + 1 < count) every = std::atoi(words[++i]);
     else if (std::string_view(words[i]) == "--runs" && i + 1 < count) runs = std::atol(words[++i]);
     else if (std::string_view(words[i]) == "--setup") setup = true;
     else scenes.emplace_back(words[i]);
@@ -152,7 +149,7 @@ int main(int count, char** words) {
   }
   if (runs == 0) runs = 5;
   if (scenes.empty()) {
-    fmt::print(stderr, "usage: bench_evaluation SCENE... [--runs N] [--count N] [--setup] [--batch N [--tolerance T] [--every K]]\n");
+    fmt::print(stderr, "usage: bench_evaluation SCENE... [--runs N] [--count N] [--setup] [--batch N [--tolerance T]]\n");
     return 2;
   }
   if (repeats == 0 && batch == 0)
@@ -160,7 +157,7 @@ int main(int count, char** words) {
                "us/evaluation");
   for (const std::string& file : scenes) {
     if (batch > 0) {
-      run_often(file, batch, tolerance, every);
+      run_often(file, batch, tolerance);
       continue;
     }
     if (repeats > 0) {
