@@ -7,20 +7,17 @@ Truth: Timoshenko's beams of `truths/space_frame.py`, sixteen elements a member.
 holds it, and the deflection of a joint of the free body that a scene welds at another one, under a force and a torque. Wrong is, without a
 warning, 1 % of a frequency or deflection, 1e-6 of the mass. Exit 1 if there is one, or a deck is refused.
 """
-import argparse
-import collections
 import csv
 import json
 import math
 import pathlib
-import random
 import sys
-import tempfile
 
 import numpy as np
 import scipy.linalg
 
 sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).parents[1])]
+from arguments import judge_each, suite_parser  # noqa: E402
 from decks import Deck as Cards  # noqa: E402
 from decks import UNITS, axes, numbers, run  # noqa: E402
 from meshed import set_of  # noqa: E402
@@ -261,29 +258,8 @@ def deflection(program, frame, folder, r, name, common, warnings):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("program")
-    parser.add_argument("--count", type=int, default=40)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--number", type=int)
-    parser.add_argument("--keep", type=pathlib.Path)
-    args = parser.parse_args()
-    program = str(pathlib.Path(args.program).resolve())
-    counts = collections.Counter()
-    for number in range(args.count) if args.number is None else [args.number]:
-        r = random.Random(f"beam decks {args.seed} {number}")
-        frame = Frame(r)
-        with tempfile.TemporaryDirectory(prefix="flexframe_beam_decks_") as temporary:
-            folder = pathlib.Path(temporary) if not args.keep else args.keep / str(number)
-            folder.mkdir(parents=True, exist_ok=True)
-            try:
-                verdict, what = judge(program, frame, folder, r)
-            except ValueError as refusal:
-                verdict, what = "refused", str(refusal)
-        counts[verdict] += 1
-        print(f"{verdict:8} {number}: {frame.what}: {what}", flush=True)
-    print(", ".join(f"{n} {v}" for v, n in counts.items()))
-    sys.exit(1 if counts["silent"] or counts["refused"] else 0)
+    args = suite_parser(__doc__, "number", "keep", count=40).parse_args()
+    judge_each(args, "beam decks", lambda r, number: Frame(r), judge)
 
 
 if __name__ == "__main__":

@@ -9,25 +9,22 @@ the deflection of another one (a rigid, an averaging one, a node) under a force,
 frequency or deflection, 2 % of the largest von Mises stress (shells, which are bricks in CalculiX and 1 to 3 % too stiff at a clamp: 3 %
 of a frequency, 4 % of a deflection, no stress). Exit 1 if there is one, or a deck is refused.
 """
-import argparse
-import collections
 import csv
 import json
 import pathlib
-import random
 import re
-import shutil
 import subprocess
 import sys
-import tempfile
 from fractions import Fraction
 
 import h5py
 import numpy as np
 
-sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).parents[1])]
+sys.path[:0] = [str(pathlib.Path(__file__).parents[k]) for k in (0, 1)] + [str(pathlib.Path(__file__).parents[1] / "decks")]
+from arguments import judge_each, suite_parser  # noqa: E402
 from meshed import KINDS, MIDDLES, Mesh, calculix, parts, set_of  # noqa: E402
 from scene import force, output, pick, simulation, weld  # noqa: E402
+from stress_table import read_frd  # noqa: E402
 
 MODES = 6
 UNITS = {"m": (1.0, 1.0), "mm": (1e-3, 1e3), "mm-kg-s": (1e-3, 1.0), "cm-g-s": (1e-2, 1e-3)}  # metres, kilograms
@@ -289,21 +286,6 @@ class Deck:
         return out
 
 
-def read_frd(file):
-    """Blocks of values at nodes: [(name, {node: values})]."""
-    blocks, name, values = [], None, None
-    for line in open(file, encoding="ascii", errors="replace"):
-        if line.startswith(" -4"):
-            name, values = line[5:13].strip(), {}
-        elif line.startswith(" -1") and values is not None:
-            count = (len(line.rstrip("\n")) - 13) // 12
-            values[int(line[3:13])] = [float(line[13 + 12 * k : 25 + 12 * k]) for k in range(count)]
-        elif line.startswith(" -3") and values is not None:
-            blocks.append((name, values))
-            values = None
-    return blocks
-
-
 def von_mises(s):
     d = s[:, [0, 1, 2]] - s[:, [1, 2, 0]]
     return np.sqrt(0.5 * (d**2).sum(1) + 3 * (s[:, 3:] ** 2).sum(1))
@@ -426,33 +408,8 @@ def deflection(program, deck, folder, r, name, common, warnings):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("program")
-    parser.add_argument("--count", type=int, default=40)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--number", type=int)
-    parser.add_argument("--keep", type=pathlib.Path)
-    args = parser.parse_args()
-    if not shutil.which("ccx"):
-        sys.exit("the program ccx is missing (package calculix-ccx): nothing was compared")
-    program = str(pathlib.Path(args.program).resolve())
-    counts = collections.Counter()
-    for number in range(args.count) if args.number is None else [args.number]:
-        r = random.Random(f"decks {args.seed} {number}")
-        deck = Deck(r)
-        with tempfile.TemporaryDirectory(prefix="flexframe_decks_") as folder:
-            try:
-                verdict, what = judge(program, deck, pathlib.Path(folder), r)
-            except ValueError as refusal:
-                verdict, what = "refused", str(refusal)
-            except RuntimeError as failure:
-                verdict, what = "open", "CalculiX: " + " ".join(str(failure).split())[-100:]
-            if args.keep:
-                shutil.copytree(folder, args.keep / str(number), dirs_exist_ok=True)
-        counts[verdict] += 1
-        print(f"{verdict:8} {number}: {deck.what}: {what}", flush=True)
-    print(", ".join(f"{n} {v}" for v, n in counts.items()))
-    sys.exit(1 if counts["silent"] or counts["refused"] else 0)
+    args = suite_parser(__doc__, "number", "keep", count=40).parse_args()
+    judge_each(args, "decks", lambda r, number: Deck(r), judge, needs_ccx=True)
 
 
 if __name__ == "__main__":

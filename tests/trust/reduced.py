@@ -4,22 +4,18 @@ Bars of solid elements, tapered and bent, in metres or millimetres, held at one 
 it and loads its free end; CalculiX computes the same mesh. Wrong is, without a warning: mass 0.1 %, one of the first six frequencies or
 the deflection at the end under a force or moment 1 % off. Exit 1 if there is one. Without the program ccx nothing is compared.
 """
-import collections
 import csv
 import json
 import math
 import pathlib
-import random
 import re
-import shutil
 import subprocess
 import sys
-import tempfile
 
 import numpy as np
 
 sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).parents[1])]
-from arguments import suite_parser  # noqa: E402
+from arguments import judge_each, suite_parser  # noqa: E402
 from scene import force, output, pick, simulation, weld  # noqa: E402
 
 OFF, MASS = 0.01, 0.001
@@ -98,7 +94,7 @@ def run(program, folder, *words):
     return done
 
 
-def judge(program, bar, folder):
+def judge(program, bar, folder, _):
     """(verdict, what)."""
     hertz, moved = truth(bar, folder)
     (folder / "bar.inp").write_text(bar.text)
@@ -130,20 +126,8 @@ def judge(program, bar, folder):
 
 
 def main():
-    parser = suite_parser(__doc__, "number", count=40)
-    args = parser.parse_args()
-    if not shutil.which("ccx"):
-        sys.exit("the program ccx is missing (package calculix-ccx): nothing was compared")
-    program = str(pathlib.Path(args.program).resolve())
-    counts = collections.Counter()
-    for number in range(args.count) if args.number is None else [args.number]:
-        bar = Bar(random.Random(f"reduced {args.seed} {number}"))
-        with tempfile.TemporaryDirectory(prefix="flexframe_reduced_") as folder:
-            verdict, what = judge(program, bar, pathlib.Path(folder))
-        counts[verdict] += 1
-        print(f"{verdict:8} {number}: {bar.what}: {what}", flush=True)
-    print(", ".join(f"{n} {v}" for v, n in counts.items()))
-    sys.exit(1 if counts["silent"] or counts["refused"] else 0)
+    args = suite_parser(__doc__, "number", count=40).parse_args()
+    judge_each(args, "reduced", lambda r, number: Bar(r), judge, needs_ccx=True)
 
 
 if __name__ == "__main__":

@@ -8,22 +8,18 @@ samples), and the largest line told with the largest sine of the signal itself, 
 largest; a sine's amplitude 2 % and its frequency a tenth of the distance of two lines, where no other sine lies within four lines or has
 more than 0.9 of its amplitude. Exit 1 if one is wrong without a warning, or refused.
 """
-import argparse
-import collections
 import csv
 import json
 import math
 import pathlib
-import random
-import shutil
 import subprocess
 import sys
-import tempfile
 
 import numpy as np
 import scipy.linalg
 
 sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).parents[1])]
+from arguments import judge_each, suite_parser  # noqa: E402
 from scene import pick  # noqa: E402
 from scene_text import joint, output, rigid, simulation, table  # noqa: E402
 
@@ -160,7 +156,7 @@ def lines_of(x, values):
     return np.arange(len(found)) / ((x[-1] - x[0]) * n / (n - 1)), found
 
 
-def judge(program, signal, folder):
+def judge(program, signal, folder, _):
     (folder / "s.toml").write_text(signal.text)
     run(program, folder, "simulate", "s.toml", "-q", "-o", "s.h5", "--csv", "s_samples.csv")
     words = list(signal.words)
@@ -203,30 +199,10 @@ def judge(program, signal, folder):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("program")
-    parser.add_argument("--count", type=int, default=60)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--number", type=int)
+    parser = suite_parser(__doc__, "number", "keep", count=60)
     parser.add_argument("--kind", choices=KINDS)
-    parser.add_argument("--keep", type=pathlib.Path)
     args = parser.parse_args()
-    program = str(pathlib.Path(args.program).resolve())
-    counts = collections.Counter()
-    for number in range(args.count) if args.number is None else [args.number]:
-        r = random.Random(f"spectra {args.seed} {number}")
-        signal = Signal(r, args.kind or KINDS[number % len(KINDS)])
-        with tempfile.TemporaryDirectory(prefix="flexframe_spectra_") as folder:
-            try:
-                verdict, what = judge(program, signal, pathlib.Path(folder))
-            except ValueError as refusal:
-                verdict, what = "refused", str(refusal)
-            if args.keep:
-                shutil.copytree(folder, args.keep / str(number), dirs_exist_ok=True)
-        counts[verdict] += 1
-        print(f"{verdict:8} {number}: {signal.what}: {what}", flush=True)
-    print(", ".join(f"{n} {v}" for v, n in counts.items()))
-    sys.exit(1 if counts["silent"] or counts["refused"] else 0)
+    judge_each(args, "spectra", lambda r, number: Signal(r, args.kind or KINDS[number % len(KINDS)]), judge)
 
 
 if __name__ == "__main__":
