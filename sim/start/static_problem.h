@@ -37,7 +37,8 @@ struct StaticProblem {
   VecX scale;  // metres per unit
   RestForces rest;
   bool by_size = false;  // loops are closed by whatever moves most (close_by_size), not by joints first
-  // Within stiffness: per part the elastic coordinates whose mass was made last. Elsewhere empty: everything is made anew.
+  // Within stiffness: per part the elastic coordinates whose mass was made last. Elsewhere empty: all are made anew, where
+  // bodies weigh or something moves; else none is asked for.
   std::vector<VecX> weighed;
   bool stands = false;  // and whether no rate moves anything: twists are zero then, wherever it stands
 

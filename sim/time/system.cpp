@@ -1,8 +1,7 @@
 #include "sim/time/system.h"
 
-#include "sim/base/work_clock.h"
-
 #include "sim/base/sized.h"
+#include "sim/base/work_clock.h"
 #include "sim/dynamics/closure.h"
 #include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/kinematics.h"

@@ -7,7 +7,6 @@ Truth: Timoshenko's beams of `truths/space_frame.py`, sixteen elements a member.
 holds it, and the deflection of a joint of the free body that a scene welds at another one, under a force and a torque. Wrong is, without a
 warning, 1 % of a frequency or deflection, 1e-6 of the mass. Exit 1 if there is one, or a deck is refused.
 """
-import csv
 import json
 import math
 import pathlib
@@ -19,9 +18,9 @@ import scipy.linalg
 sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).parents[1])]
 from arguments import judge_each, suite_parser  # noqa: E402
 from decks import Deck as Cards  # noqa: E402
-from decks import UNITS, axes, numbers, run  # noqa: E402
+from decks import UNITS, axes, numbers, run, welded_deflection  # noqa: E402
 from meshed import set_of  # noqa: E402
-from scene import MATERIALS, force, output, pick, simulation, weld  # noqa: E402
+from scene import MATERIALS, force, pick  # noqa: E402
 from truths.formulas import torsion_rectangle  # noqa: E402
 from truths.space_frame import SpaceFrame, arm, beam_element  # noqa: E402
 
@@ -245,15 +244,9 @@ def deflection(program, frame, folder, r, name, common, warnings):
     moved = frame.truth.rest(frame.truth.at(node, f, c))[node, :3]
     little = 1e-5 / np.linalg.norm(moved)
     f, c, moved = f * little, c * little, moved * little
-    words = ["--interface", f"tip={grid}", "--interface", f"root={frame.joints[0][0]}", "--hold", "none", "--modes", 4, "--no-cut-off"]
-    warnings += json.loads(run(program, folder, "reduce", name, "-o", "free.sid", *words, *common).stdout).get("warnings", [])
-    scene = simulation(0.01, 100, start="static", tolerance=1e-8) + '[[body]]\nname = "bar"\nkind = "modal"\nfile = "free.sid"\n\n'
-    scene += weld("clamp", "ground", "bar.root") + output("moved", "bar.tip", "displacement", 'relative_to = "bar.root"')
-    scene += force("force", "bar.tip", float(np.linalg.norm(f)), f) + force("torque", "bar.tip", float(np.linalg.norm(c)), c)
-    (folder / "free.toml").write_text(scene)
-    run(program, folder, "simulate", "free.toml", "-q", "-o", "free.h5", "--csv", "free.csv")
-    row = next(csv.DictReader((folder / "free.csv").open()))
-    mine = np.array([float(row[f"moved.{x}"]) for x in "xyz"])
+    loads = force("force", "bar.tip", float(np.linalg.norm(f)), f) + force("torque", "bar.tip", float(np.linalg.norm(c)), c)
+    mine, said = welded_deflection(program, folder, name, [f"tip={grid}", f"root={frame.joints[0][0]}"], common, loads)
+    warnings += said
     return np.linalg.norm(mine - moved) / np.linalg.norm(moved)
 
 

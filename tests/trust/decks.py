@@ -351,6 +351,19 @@ def judge(program, deck, folder, r):
     return "right", note
 
 
+def welded_deflection(program, folder, name, interfaces, words, loads):
+    """Where the interface tip of a reduced free body moves, welded to the ground at its interface root and under loads on bar.tip at rest;
+    and what reduce warns of."""
+    words = [word for i in interfaces for word in ("--interface", i)] + ["--hold", "none", "--modes", 4, "--no-cut-off", *words]
+    told = json.loads(run(program, folder, "reduce", name, "-o", "welded.sid", *words).stdout)
+    scene = simulation(0.01, 100, start="static", tolerance=1e-8) + '[[body]]\nname = "bar"\nkind = "modal"\nfile = "welded.sid"\n\n'
+    scene += weld("clamp", "ground", "bar.root") + output("moved", "bar.tip", "displacement", 'relative_to = "bar.root"')
+    (folder / "welded.toml").write_text(scene + loads)
+    run(program, folder, "simulate", "welded.toml", "-q", "-o", "welded.h5", "--csv", "welded.csv")
+    row = next(csv.DictReader((folder / "welded.csv").open()))
+    return np.array([float(row[f"moved.{x}"]) for x in "xyz"]), told.get("warnings", [])
+
+
 def deflection(program, deck, folder, r, name, common, warnings):
     """Relative to CalculiX' of an interface under a force."""
     m, kg = UNITS[deck.unit]
@@ -394,16 +407,8 @@ def deflection(program, deck, folder, r, name, common, warnings):
                 more.append(["RBE3", 910001, "", 900001, 123456, 1.0, 123, *deck.tip])
         (folder / name).write_text(deck.interfaced(more))
         interfaces = [f"tip={node if way == 'node' else 900001}", "root=900003"]
-    words = [word for i in interfaces for word in ("--interface", i)] + ["--hold", "none", "--modes", 4, "--no-cut-off", *common]
-    told = json.loads(run(program, folder, "reduce", name, "-o", "welded.sid", *words).stdout)
-    warnings += told.get("warnings", [])
-    scene = simulation(0.01, 100, start="static", tolerance=1e-8) + '[[body]]\nname = "bar"\nkind = "modal"\nfile = "welded.sid"\n\n'
-    scene += weld("clamp", "ground", "bar.root") + output("moved", "bar.tip", "displacement", 'relative_to = "bar.root"')
-    scene += force("force", "bar.tip", newtons, d)
-    (folder / "welded.toml").write_text(scene)
-    run(program, folder, "simulate", "welded.toml", "-q", "-o", "welded.h5", "--csv", "welded.csv")
-    row = next(csv.DictReader((folder / "welded.csv").open()))
-    mine = np.array([float(row[f"moved.{x}"]) for x in "xyz"])
+    mine, said = welded_deflection(program, folder, name, interfaces, common, force("force", "bar.tip", newtons, d))
+    warnings += said
     return np.linalg.norm(mine - moved) / np.linalg.norm(moved)
 
 
