@@ -113,8 +113,8 @@ int most_deformed(System& system, size_t cluster, const VecX& direction) {
 
 std::string words_of_lost(const Part& part, double t) {
   return fmt::format(
-      "deformation has taken the kinetic energy of body '{}' along some direction at t = {:.6g} s: it is too large for second-order "
-      "displacements; use model = \"mixed\" with more volumes, fewer modes (keep_modes), or leave out stiffening",
+      "body '{}' deforms so far at t = {:.6g} s that its kinetic energy, of second order in the deformation, is all but lost along some "
+      "direction: use model = \"mixed\" with more volumes, fewer modes (keep_modes), or leave out stiffening",
       part.name, t);
 }
 
