@@ -349,10 +349,17 @@ void MotionRun::run_segment(double end) {
   while (integrator->time() < end) {
     if (!step(end)) continue;
     double now = integrator->time();
-    const bool event = watch.look(system, *integrator, now, y);
-    require_progress(now);
-    hand_out_samples(now);
-    follow_state(now);
+    bool event = false;
+    try {
+      event = watch.look(system, *integrator, now, y);
+      require_progress(now);
+      hand_out_samples(now);
+      follow_state(now);
+    } catch (const SimulationError& error) {
+      const std::string bent = bent_too_far(system, now, y);
+      if (bent.empty()) throw;
+      throw SimulationError(fmt::format("{}; {}", error.what(), bent));
+    }
     if (event) {
       pass_event(now);
       continue;

@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace flexframe::sim {
 namespace {
@@ -146,6 +147,30 @@ int lost_inertia(System system, double t, const VecX& y) {
   return -1;
 }
 
+std::string bent_too_far(System system, double t, const VecX& y) {
+  // From one radian on the displacements that a linear field leaves out are as large as those it has.
+  constexpr double too_far = 1.0;
+  try {
+    set_state(system, t, y.data(), false);
+  } catch (const SimulationError&) {}  // loops that cannot be closed; deformations that nothing depends on are set before
+  double farthest = 0.0;
+  const Part* worst = nullptr;
+  for (const int i : system.work.carrying.deforming) {
+    const Part& part = system.model.parts[static_cast<size_t>(i)];
+    const FlexibleBody& body = part.body;
+    const VecX& q = system.work.parts[static_cast<size_t>(i)].q;
+    if (body.rod || !q.allFinite()) continue;
+    for (const FlexibleNode& node : body.nodes)
+      if (const double turn = (node.psi * q).norm(); turn > farthest) farthest = turn, worst = &part;
+  }
+  if (farthest < too_far) return "";
+  const double degrees = farthest * 180.0 / std::numbers::pi;
+  return fmt::format(
+      "body '{}' bends by {} within its own frame by then, where linear displacements are wrong, and that may be all the reason: use model "
+      "= \"mixed\" with more volumes, or the effect large_bending",
+      worst->name, degrees < 360.0 ? fmt::format("{:.2g} degrees", degrees) : "more than a whole turn");
+}
+
 std::string likely_cause(const System& at_start, double t, const VecX& y, const std::string& complaint) {
   System system = at_start;
   system.work.indefinite = -1;
@@ -155,6 +180,7 @@ std::string likely_cause(const System& at_start, double t, const VecX& y, const 
     return error.what();
   }
   if (const int part = lost_inertia(system, t, y); part >= 0) return words_of_lost(system.model.parts[static_cast<size_t>(part)], t);
+  if (std::string words = bent_too_far(system, t, y); !words.empty()) return words;
   if (!complaint.empty()) return complaint;
   for (const auto reason : {self_locking, limit_of_reach, moves_without_inertia})
     if (std::string words = reason(system); !words.empty()) return words;

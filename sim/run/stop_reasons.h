@@ -17,6 +17,10 @@ std::string likely_cause(const System& system, double t, const VecX& y, const st
 // Accelerations then grow without bound and the steps become too small. -1 if none.
 int lost_inertia(System system, double t, const VecX& y);
 
+// The body whose material turns farthest in its frame at (t, y), by more than a radian, and what to use instead; empty if none. What cannot
+// be closed or integrated there may be so for this alone.
+std::string bent_too_far(System system, double t, const VecX& y);
+
 // What finds no phase that holds: joints whose friction or stop has a direction below zero (EventWatch::directions).
 std::string unsettled_phases(const System& system, const std::vector<int>& directions);
 

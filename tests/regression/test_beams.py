@@ -253,6 +253,11 @@ for model in ('model = "modal"\nmodes = { bending_xy = [1, 2, 3] }', 'model = "f
 h = simulate(scene("buckling"))
 near(at(h, "middle.y", 7.25), 1.3676e-4, 1e-6, "middle at 7.25 s")
 near(at(h, "middle.y", 9.25), 5.3158e-4, 1e-6, "middle at 9.25 s")
+# Far beyond the load it stops since it bends without bound, and not for the reach of its slide alone.
+beyond = written(scene("buckling", ("duration = 9.9", "duration = 11")))
+said = run("simulate", beyond, "-o", place / "beyond.h5", code=1).stderr
+for word in ("body 'beam' bends by more than a whole turn within its own frame", "mixed", "large_bending"):
+    expect(word in said, f"a beam beyond its buckling load: {word!r} is missing in {said!r}")
 
 # Spin-up.
 h = simulate(scene("spin_up"))
