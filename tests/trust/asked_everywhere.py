@@ -266,7 +266,10 @@ def rows_of(bench, case, args, asked):
         if error > limit[a] and not row["said"] and case.beams and not far:
             # One frame a beam lacks what volumes have, also where it bends too little for a word at the default accuracy.
             far = True
-            made = truths(bench, case, args.truth_limit, far, finer, both=not args.short) or made
+            made = truths(bench, case, args.truth_limit, far, finer, both=not args.short)
+            if not made:
+                row["verdict"] = "no truth"
+                continue
             error = bench.error("truth", f"asked{n}", a)
         row["true"] = error
         if error > limit[a] and not row["said"] and len(made) == 1:
