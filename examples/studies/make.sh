@@ -16,6 +16,6 @@ for name in "${@:-pendulum slider_crank dlr_slider_crank spin_up engine}"; do
     build/clang/flexframe study "$scene" -o "$work/$one" --axes "$axes" --longest 3 \
       --seconds 900 --reference-seconds 30 --repeats 2 --resume
     mkdir -p "$here/$one"
-    cp "$work/$one"/study.md "$work/$one"/study.csv "$work/$one"/*.svg "$here/$one/"
+    cp "$work/$one"/{study.md,study.csv,overview.png} "$work/$one"/*.svg "$here/$one/"
   done
 done
