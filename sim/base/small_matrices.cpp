@@ -407,19 +407,19 @@ void solve(const MatX& LU, const std::vector<int>& order, const double* b, doubl
 namespace {
 
 // As below, written out.
-bool invert_two(double* a) {
+int invert_two(double* a) {
   const Eigen::Index p = std::abs(a[1]) > std::abs(a[0]) ? 1 : 0, r = 1 - p;
   const double pivot = a[p], right = a[2 + p], below = a[r];
-  if (!(std::abs(pivot) > 0.0)) return false;
+  if (!(std::abs(pivot) > 0.0)) return 0;
   const double inverse = 1.0 / pivot, u = right * inverse, left = a[2 + r] - below * u;
-  if (!(std::abs(left) > 0.0)) return false;
+  if (!(std::abs(left) > 0.0)) return 0;
   const double last = 1.0 / left, first = -below * inverse * last;
   // Columns as the rows stood.
   a[2 * p] = inverse - u * first;
   a[2 * p + 1] = first;
   a[2 * r] = -u * last;
   a[2 * r + 1] = last;
-  return true;
+  return ((pivot > 0.0) == (left > 0.0)) == (p == 0) ? 1 : -1;
 }
 
 // y = A x of one to three rows.
@@ -455,18 +455,20 @@ namespace {
 
 // Of n rows and columns, N where they are known to the compiler, else 0; order: room for n numbers.
 template <int N>
-FLEXFRAME_INLINE bool invert_square(double* a, Eigen::Index rows, Eigen::Index* order) {
+FLEXFRAME_INLINE int invert_square(double* a, Eigen::Index rows, Eigen::Index* order) {
   const Eigen::Index n = N > 0 ? N : rows;
   const auto A = [&](Eigen::Index i, Eigen::Index k) -> double& { return a[k * n + i]; };
+  bool odd = false;  // so many row exchanges and negative pivots
   for (Eigen::Index k = 0; k < n; ++k) {
     Eigen::Index pivot = k;
     for (Eigen::Index i = k + 1; i < n; ++i)
       if (std::abs(A(i, k)) > std::abs(A(pivot, k))) pivot = i;
     order[k] = pivot;
     // Not (>=), so that NaN counts as singular.
-    if (!(std::abs(A(pivot, k)) > 0.0)) return false;
+    if (!(std::abs(A(pivot, k)) > 0.0)) return 0;
     if (pivot != k)
       for (Eigen::Index j = 0; j < n; ++j) std::swap(A(k, j), A(pivot, j));
+    odd ^= (pivot != k) ^ (A(k, k) < 0.0);
     const double inverse = 1.0 / A(k, k);
     A(k, k) = 1.0;
     for (Eigen::Index j = 0; j < n; ++j) A(k, j) *= inverse;
@@ -480,12 +482,12 @@ FLEXFRAME_INLINE bool invert_square(double* a, Eigen::Index rows, Eigen::Index* 
   for (Eigen::Index k = n; k-- > 0;)
     if (order[k] != k)
       for (Eigen::Index i = 0; i < n; ++i) std::swap(A(i, k), A(i, order[k]));
-  return true;
+  return odd ? -1 : 1;
 }
 
 }  // namespace
 
-bool invert(MatX& A) {
+int invert(MatX& A) {
   const Eigen::Index n = A.rows();
   if (n == 2) return invert_two(A.data());
   Eigen::Index few[3];

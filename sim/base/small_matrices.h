@@ -36,9 +36,9 @@ void solve(const MatX& L, double* x);
 // Xt = Xt (L L^T)^-1: every row is a right-hand side; m x n.
 void solve_rows(const MatX& L, MatX& Xt);
 
-// A = A^-1 with row exchanges: for the few conditions that close a loop, where the inverse serves several times and from either side. False
-// where A is singular.
-bool invert(MatX& A);
+// A = A^-1 with row exchanges: for the few conditions that close a loop, where the inverse serves several times and from either side.
+// Returns the sign of A's determinant, 1 or -1 (of no rows: 1), 0 where A is singular.
+int invert(MatX& A);
 
 // A = P^-1 L U with row exchanges, in place; order: row i of the result was row order[i]. The smallest pivot's size, 0 where A is singular
 // (of no rows: infinite).

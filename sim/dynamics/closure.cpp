@@ -581,6 +581,7 @@ Partition choose_partition(const Model& model, int cluster, Work& work, bool str
           }
         }
         row_used[best_row] = column_used[best] = 1;
+        out.side = (out.side < 0) == (A(best_row, best) < 0.0) ? 1 : -1;
         out.rows.push_back(best_row);
         out.dep.push_back(best);
         for (int r = 0; r < rows; ++r)
@@ -824,7 +825,8 @@ FLEXFRAME_INLINE void factorise_closure(const Model& model, int cluster, W& work
     for (Eigen::Index d = 0; d < nd; ++d, to += nd) copy_fours(independent - (1 + d) * nd, nd, to);
   }
   // A singular one leaves nothing finite, and the loop is found to stay open.
-  if (!invert(cw.Gd)) cw.Gd.setConstant(std::numeric_limits<double>::infinity());
+  cw.side = invert(cw.Gd);
+  if (cw.side == 0) cw.Gd.setConstant(std::numeric_limits<double>::infinity());
   if (!columns.all) return;
   if (cw.E.rows() != nd || cw.E.cols() != ni) cw.E.resize(nd, ni);
   set_negative_product(cw.Gd, independent, cw.E);

@@ -46,6 +46,10 @@ void update_closure_matrix(const Model& model, int cluster, W& work);
 template <class W>
 void update_closure_rates(const Model& model, int cluster, W& work);
 
+// Whether a cluster's loops, where they were closed last, are beyond a singular position of its partition: in another assembly than the one
+// for which it was chosen, unless they have passed a change point since.
+inline bool crossed(const ClusterWork& cw) { return cw.partition.side * cw.side < 0; }
+
 // Chooses independent rows and dependent rates from G at the current poses. `strict`: by size alone; otherwise sound pivots that
 // keep shallow joints independent are preferred. Conditions that are independent without locked rates are never left out in favour of
 // those.

@@ -26,6 +26,9 @@ struct Partition {
   std::vector<int> rows;      // closure rows that are independent
   std::vector<int> ind, dep;  // rates, counted within the cluster
   int plan = 0;               // PartitionPlan::made of its plan; 0: none yet, as whoever changes one in place has to leave it
+  // Sign of the determinant of its rows' columns dep where it was chosen. Where that changes the loops close in another way: another
+  // assembly of the mechanism begins (closure.h: crossed). 0: not known, either is allowed.
+  int side = 0;
 };
 
 // What every evaluation reads of a partition (closure.h: plan_of).
@@ -42,6 +45,7 @@ struct ClusterWork {
   PartitionPlan plan;
   std::vector<int> locked;  // rates of the cluster held at rest (stiction), each one more closure row after the loops' rows
   int carried = 0;          // the first so many of them have no inertia and go at lock_rate (massless.h)
+  int side = 0;             // sign of the determinant of those columns of G whose inverse is Gd, as last made
   VecX lock_value, lock_rate;
   MatX G;                          // all rows x nv (update_closure_matrix)
   VecX residual;                   // per row: closure error

@@ -8,6 +8,7 @@
 #include "sim/run/method_choice.h"
 #include "sim/run/stop_reasons.h"
 #include "sim/run/stop_springs.h"
+#include "sim/time/assembly_gap.h"
 #include "sim/time/event_watch.h"
 #include "sim/time/events.h"
 #include "sim/time/newton_matrix.h"
@@ -96,6 +97,7 @@ class MotionRun {
   void define_problem();
   void define_jacobians();
   bool work_is_at(const double* state) const;
+  void keep_assembly(const StateAt& since, const StateAt& to);
   double asked_tolerance() const;
   void use(Method chosen, const VecX& state);
   // ---- Segments and steps ----
@@ -105,6 +107,7 @@ class MotionRun {
   bool begin_segment(double end);
   void run_segment(double end);
   bool step(double end);
+  bool close_anew();
   double guarded(double ahead);
   void require_progress(double now);
   // Ends the run: `what` happened, and what most likely causes it.
@@ -150,7 +153,7 @@ class MotionRun {
   MethodReview review;
   bool told = false;
 
-  VecX y, at;
+  VecX y, begin_y, at;  // now, where the last step began, at a sample
   std::unique_ptr<Integrator> integrator;
   double begun = 0.0;   // where the integrator was started last
   long steps_here = 0;  // since then
@@ -167,6 +170,8 @@ class MotionRun {
   std::vector<StopSpring> touched;
   std::vector<std::string> changes;
   bool slips = false;
+  bool anew = false;     // nothing has been evaluated since the integrator began
+  bool passing = false;  // a step passes a change point: its loops may be on either side of it
 };
 
 // ---- The problem that the integrators solve --------------------------------------------------------------------------------------------
@@ -194,6 +199,21 @@ bool MotionRun::work_is_at(const double* state) const {
   return at_work.valid && at_work.y.size() == problem.size && std::equal(state, state + problem.size, at_work.y.data());
 }
 
+// After an evaluation of `to` that has left loops crossed: they have passed a change point since the state before, or the way there is too
+// long.
+void MotionRun::keep_assembly(const StateAt& since, const StateAt& to) {
+  at_work.valid = false;
+  std::vector<ClusterWork>& clusters = system.work.clusters;
+  std::vector<size_t> over;
+  for (size_t c = 0; c < clusters.size(); ++c)
+    if (crossed(clusters[c])) over.push_back(c);
+  for (const size_t c : over) {
+    if (!leads_on(system, static_cast<int>(c), since, to)) throw SimulationError(assembly_gap(system, static_cast<int>(c), to.t));
+    clusters[c].partition.side = 0;
+  }
+  passing = true;
+}
+
 // A multistep method begins anew at first order after every event, and what it errs there adds up: its first steps are asked for more.
 double MotionRun::asked_tolerance() const {
   const bool beginning = method == Method::adams && out.restarts > 0 && steps_here < restart_steps;
@@ -205,6 +225,12 @@ void MotionRun::define_problem() {
   problem.rhs = [this](double t, const double* state, double* rates) {
     at_work.valid = false;
     state_rate(system, t, state, rates);
+    if (any_crossed(system)) {
+      if (!anew) return keep_assembly({integrator->time(), y.data()}, {t, state});
+      // As the start, an event or other conditions have left them.
+      for (ClusterWork& c : system.work.clusters) c.partition.side = c.side;
+    }
+    anew = false;
     at_work.t = t;
     at_work.y = Eigen::Map<const VecX>(state, problem.size);
     at_work.dy = Eigen::Map<const VecX>(rates, problem.size);
@@ -266,6 +292,7 @@ void MotionRun::begin(double t) {
                                        [](const FrictionPoint& p) { return p.phase == FrictionPhase::slip; });
   touched = find_touched(system, t, y);
   joints_age = 0;
+  anew = true;
   integrator = std::make_unique<Integrator>(problem, method, t, y);
   watch.begin(system, t, y);
   begun = t;
@@ -275,6 +302,7 @@ void MotionRun::begin(double t) {
 
 void MotionRun::restart(double t) {
   joints_age = 0;
+  anew = true;
   integrator->restart(t, y);
   begun = t;
   steps_here = 0;
@@ -334,14 +362,37 @@ bool MotionRun::step(double end) {
   try {
     integrator->step(guarded(idle ? std::min(end, integrator->time() + 1.0 / system.model.settings.output_rate) : end));
   } catch (const SimulationError& error) {
+    if (close_anew()) return false;
     // What no method can integrate fails again.
     if (!automatic || method == Method::dirk || idle) give_up(error.what(), integrator->complaint());
     use(Method::dirk, y);
     begin(integrator->time());
     return false;
   }
+  begin_y.swap(y);
   y = integrator->state();
   ++steps_here;
+  return true;
+}
+
+// Dependent coordinates are integrated as first guesses of the closure only, and at a loose tolerance come away from where it leaves them.
+// Begins the integration again with the present state closed; false where that changes nothing.
+bool MotionRun::close_anew() {
+  if (system.model.loops.empty()) return false;
+  const double t = integrator->time();
+  at_work.valid = false;
+  try {
+    set_state(system, t, y.data(), false);
+  } catch (const SimulationError&) {
+    return false;
+  }
+  // Less than that of the size, or of a radian, does not lead into another assembly.
+  constexpr double little = 1e-6;
+  const double away = (system.work.q - y.head(system.model.nq)).cwiseAbs().maxCoeff();
+  if (any_crossed(system) || away <= little * std::min(1.0, system.model.size)) return false;
+  y = pack_state(system, system.quadrature ? Eigen::Vector2d(y.tail<2>()) : Eigen::Vector2d(0.0, 0.0));
+  restart(t);
+  watch.begin(system, t, y);
   return true;
 }
 
@@ -398,15 +449,25 @@ void MotionRun::hand_out_samples(double now) {
     const double t = std::min(times[next], now);
     integrator->interpolate(t, at);
     sample(system, t, at);
+    if (any_crossed(system)) keep_assembly({integrator->previous_time(), begin_y.data()}, {t, at.data()});
     count_work(evaluations_a_sample * system.price);
   }
   at_work.valid = false;
 }
 
 // Loops are looked at at every sample and at every step's end, from where the next one sets out: how near to a singular position their
-// partitions are counts there.
+// partitions are counts there, and on which side of it.
 void MotionRun::follow_state(double now) {
-  if (!system.model.loops.empty()) require_closed_loops(system, now, y.data());
+  if (!system.model.loops.empty() || passing) require_closed_loops(system, now, y.data());
+  if (any_crossed(system)) {
+    keep_assembly({integrator->previous_time(), begin_y.data()}, {now, y.data()});
+    require_closed_loops(system, now, y.data());
+  }
+  if (passing) {
+    for (ClusterWork& c : system.work.clusters)
+      if (c.partition.side == 0) c.partition.side = c.side;
+    passing = false;
+  }
   if (slips) {
     set_rates(system, now, y.data());
     follow_slip(system.model, system.friction, system.work);

@@ -244,27 +244,30 @@ struct Integrator::Memory {
     return steps > 0 && gamma == 0.0;
   }
 
-  // ARKODE has the rates where the memory stands now as the next step's first stage.
-  void keep_end() {
+  // ARKODE has the rates where the memory stands now as the next step's first stage. False where they cannot be evaluated.
+  bool keep_end() {
     rates.resize(state.size());
-    if (evaluate(time, state.data(), rates.data()) == 0) path.add(time, state, rates);
-    else path.clear();
+    if (evaluate(time, state.data(), rates.data()) != 0) return false;
+    path.add(time, state, rates);
+    return true;
   }
 
   // ARKODE tries a shorter step where an implicit stage cannot be evaluated, and gives up where an explicit one cannot: there it is begun
-  // again, a quarter as long.
+  // again, a quarter as long. So it is where its end cannot be, from which nothing would go on.
   int arkode_step(double t_stop) {
     ARKStepSetStopTime(solver, t_stop);
     if (method == Method::dirk) return ARKStepEvolve(solver, t_stop, y, &time, ARK_ONE_STEP);
     if (path.empty()) keep_end();
     beginning = state;
     int flag = ARKStepEvolve(solver, t_stop, y, &time, ARK_ONE_STEP);
-    const auto stuck = [&] { return flag == ARK_UNREC_RHSFUNC_ERR || flag == ARK_REPTD_RHSFUNC_ERR; };
-    if (stuck()) {
+    const auto stuck = [&] { return flag == ARK_UNREC_RHSFUNC_ERR || flag == ARK_REPTD_RHSFUNC_ERR || (flag >= 0 && !keep_end()); };
+    bool again = stuck();
+    if (again) {
       double h = 0.0;
-      ARKStepGetCurrentStep(solver, &h);
+      if (flag >= 0) h = time - previous;
+      else ARKStepGetCurrentStep(solver, &h);
       h = std::min(h, t_stop - previous);
-      while (stuck() && h > 1e-14 * std::max(std::abs(previous), t_stop - previous)) {
+      for (; again && h > 1e-14 * std::max(std::abs(previous), t_stop - previous); again = stuck()) {
         h *= 0.25;
         state = beginning;
         time = previous;
@@ -274,8 +277,8 @@ struct Integrator::Memory {
         flag = ARKStepEvolve(solver, t_stop, y, &time, ARK_ONE_STEP);
       }
       ARKStepSetInitStep(solver, 0.0);
+      if (again) path.clear();
     }
-    if (flag >= 0) keep_end();
     return flag;
   }
 

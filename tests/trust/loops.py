@@ -8,6 +8,7 @@ their reach. Places, rates, accelerations and reactions count, relative to their
   stopped    a run that ends: every one of these motions goes on; beyond the reach one that does not end there, or with other words
   flat       errors of rigid ones that shrink by less than the square root of the tolerance, above what the truth is good to
   far        an error of more than FAR times the tolerance at the tightest one, times what the motion makes of a small error at its start
+  leapt      a rigid one in the plane whose place changes at once, at loose tolerances: over into another assembly
 
 The table tells how errors follow the tolerance: the power by which they shrink with it, and how many times as large they are. Exit 1 if
 anything is wrong.
@@ -35,6 +36,8 @@ from shards import add_shard, in_shard  # noqa: E402
 METHODS = "dirk,erk,adams,bdf,ida,exponential"
 TOLERANCES = "1e-4,1e-5,1e-6,1e-7,1e-8,1e-9"
 FLAT, FAR = 0.5, 3e4
+LOOSE = ("1e-2", "1e-3")  # where steps are long enough to pass into another assembly
+LEAP, LOOKS = 0.02, 20  # of the range; samples for one of the scene
 ALONE = ("--no-error-estimate", "--no-effect-check")
 KNOWN, SOLVED = 1e-9, 1e-7  # of the range: no truth is better; what hangs on no tolerance
 
@@ -74,6 +77,9 @@ def as_drawn(kind):
 KINDS = {k.__name__: k for k in (*map(as_drawn, (*kinds.closed.KINDS, kinds.closed.beyond_reach, random_loop)), lost_energy, elastic)}
 
 
+PLANE = [k.__name__ for k in kinds.closed.KINDS]
+
+
 class Errors:
     """Of one method in one scene: tolerance -> error, and where."""
 
@@ -108,6 +114,26 @@ def beyond(scene, method, program, tolerance):
     if not when or abs(float(when[1]) - scene.truth) > 0.01 * scene.truth:
         return f"ends at {when and when[1]} s, not at {scene.truth:.6g} s"
     return ""
+
+
+def leap(history, times):
+    """How far a point goes at once, farther than three times its speed before and after would carry it; of its range."""
+    gone = np.linalg.norm(np.diff(history["x"], axis=0), axis=1)
+    speed = np.linalg.norm(history["v"], axis=1)
+    return float((gone - 3 * np.diff(times) * np.maximum(speed[1:], speed[:-1])).max() / np.ptp(history["x"], axis=0).max())
+
+
+def leaps(scene, program, methods):
+    """Lines about loose runs that change their assembly, and how many runs ended."""
+    text = re.sub(r"output_rate = (\S+)", lambda rate: f"output_rate = {LOOKS * float(rate[1])!r}", scene.text)
+    wrong, ended = [], 0
+    for m in methods:
+        for t in LOOSE:
+            code, _, history, times, _ = program.run(text, ("--tolerance", t, "--method", m, *ALONE))
+            ended += code != 0
+            if code == 0 and (far := leap(history, times)) > LEAP:
+                wrong.append(f"leapt    {m} {t}: {far:.2g} of the range")
+    return wrong, ended
 
 
 def follow(scene, program, methods, tolerances):
@@ -171,6 +197,7 @@ def main():
     args = parser.parse_args()
     methods, tolerances = args.methods.split(","), args.tolerances.split(",")
     powers, sizes, runs, bad, shown = collections.defaultdict(list), collections.defaultdict(list), 0, 0, 0
+    loose = ended = 0
     with tempfile.TemporaryDirectory(prefix="flexframe_loops_") as folder:
         program = Program(args.program, folder, args.limit)
         for i in range(args.count):
@@ -183,6 +210,9 @@ def main():
             except NoTruth as error:
                 print(f"open     {name} {number}: {error}")
                 continue
+            if name in PLANE:
+                leapt, stopped = leaps(scene, program, scene.words or methods)
+                wrong, ended, loose = wrong + leapt, ended + stopped, loose + len(LOOSE) * len(scene.words or methods)
             shown += 1
             told = []
             for m, errors in found.items():
@@ -202,7 +232,7 @@ def main():
     for m in methods:
         share = np.mean([p >= 0.8 for p in powers[m]]) if powers[m] else np.nan
         print(f"{m}: {quartiles(powers[m])}, {share:.2f}; {quartiles(sizes[m])}")
-    print(f"{shown} mechanisms, {runs} runs, {bad} wrong")
+    print(f"{shown} mechanisms, {runs} runs, {bad} wrong; {loose} loose runs, {ended} of them ended in a sentence")
     sys.exit(1 if bad else 0)
 
 
