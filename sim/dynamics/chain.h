@@ -42,7 +42,7 @@ FLEXFRAME_INLINE void place_chain(const Model& model, int cluster, size_t first,
     auto& p = work.parts[i];
     const TreeJoint& j = part.joint;
     const Carrying::Fixed fixed = work.carrying.fixed[static_cast<size_t>(i)];
-    const double* const q = j.motion >= 0 ? &work.motion[j.motion].value : work.q.data() + part.q0;
+    const auto* const q = j.motion >= 0 ? &work.motion[j.motion].value : work.q.data() + part.q0;
     if (fixed != Carrying::moving) place_joint(tree_joint(model, work, i), q, p.joint);
     else update_joint_position(tree_joint(model, work, i), q, p.joint);
     if (fixed == Carrying::at_body) p.step = p.joint.pose;

@@ -12,6 +12,10 @@ void grow_plane(const Model& model, const Work& work, PlaneMotion& plane);
 // frame leaves the plane or the plane does not have it.
 void place_frame(const Model& model, int frame, PlaneWork& from, Work& to);
 
+// A pose between planar axes P and Q, each in the axes of its own frame, as it is between those: R and p in the axes of the first. height:
+// of its origin along P's normal.
+Pose pose_between(const Mat3& P, const PlanePose& at, double height, const Mat3& Q);
+
 // shown_pose (kinematics.h) where the frames of root and tip are up to date.
 Pose shown_pose_at(const Model& model, int part, const Work& work);
 

@@ -265,10 +265,7 @@ PlaneWork::PlaneWork(Work& work, PlaneMotion& m)
 
 Pose pose_in_space(const Model& model, const Work& work, int frame) { return frame_world(model, work, frame); }
 
-namespace {
-
-// A pose between planar axes P and Q, each in the axes of its own frame, as it is between those: R and p in the axes of the first.
-Pose between(const Mat3& P, const PlanePose& at, double height, const Mat3& Q) {
+Pose pose_between(const Mat3& P, const PlanePose& at, double height, const Mat3& Q) {
   Mat3 turned;
   turned.col(0) = at.c * P.col(0) + at.s * P.col(1);
   turned.col(1) = at.c * P.col(1) - at.s * P.col(0);
@@ -279,19 +276,21 @@ Pose between(const Mat3& P, const PlanePose& at, double height, const Mat3& Q) {
   return out;
 }
 
+namespace {
+
 void lift_frame(const Model& model, int f, const PlaneWork& from, Work& to) {
   if (!from.frames[f].flexible) return;
   const PlaneMotion& plane = from.plane;
   const PlaneFrame& at = plane.frame_constants[f];
   const int part = model.frames[f].part;
-  to.frames[f].pose = between(plane.part_axes[part], from.frames[f].pose, at.height - plane.part_heights[part], at.axes);
+  to.frames[f].pose = pose_between(plane.part_axes[part], from.frames[f].pose, at.height - plane.part_heights[part], at.axes);
 }
 
 }  // namespace
 
 Pose pose_in_space(const Model& model, const PlaneWork& work, int frame) {
   const PlaneFrame& f = work.plane.frame_constants[frame];
-  return between(work.plane.axes, frame_world(model, work, frame), f.height, f.axes);
+  return pose_between(work.plane.axes, frame_world(model, work, frame), f.height, f.axes);
 }
 
 void place_in_space(const Model& model, const PlaneWork& from, Work& to) {
@@ -300,7 +299,7 @@ void place_in_space(const Model& model, const PlaneWork& from, Work& to) {
     const PartMotion<Plane>& p = from.parts[i];
     const Mat3& Q = plane.part_axes[i];
     PartWork& out = to.parts[i];
-    out.world = between(plane.axes, p.world, plane.part_heights[i], Q);
+    out.world = pose_between(plane.axes, p.world, plane.part_heights[i], Q);
     out.V = joined(Vec3(p.V.x() * Q.col(0) + p.V.y() * Q.col(1)), Vec3(p.V.z() * Q.col(2)));
     if (model.parts[i].body.n == 0) continue;
     out.q = p.q;

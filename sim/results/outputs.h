@@ -49,6 +49,7 @@ struct OutputPlans {
   bool in_plane = true;                           // none of them needs more than place_plane_sample brings (sample_state.h)
   std::shared_ptr<SectionForces> sections;        // where section forces or stresses are asked for
   std::vector<int> frames;                        // of what deforms whose poses they read, but for joints' own
+  std::vector<int> places;                        // all frames whose poses they read where only places are read
   bool moving = true;                             // rates or energies are among what they need, or what their errors are measured against
 };
 

@@ -372,6 +372,24 @@ std::vector<int> frames_read(const Model& model, const OutputPlans& plans) {
   return all;
 }
 
+// All frames whose poses outputs of places read.
+std::vector<int> places_read(const Model& model, const OutputPlans& plans) {
+  std::vector<int> all;
+  const auto take = [&](const std::vector<int>& frames) {
+    for (const int f : frames)
+      if (std::count(all.begin(), all.end(), f) == 0) all.push_back(f);
+  };
+  for (size_t b = 0; b < plans.shown.size(); ++b) take(frames_of(model, static_cast<int>(b), plans.shown[b]));
+  for (const OutputPlan& plan : plans.outputs) {
+    if (plan.loop >= 0) take({model.loops[plan.loop].a, model.loops[plan.loop].b});
+    if (plan.frame < 0) continue;
+    take({plan.frame});
+    if (const int part = model.frames[plan.frame].part; plan.shown && part != ground)
+      take(frames_of(model, model.parts[part].scene_body, *plan.shown));
+  }
+  return all;
+}
+
 // Only outputs with a column that is read, and those that combinations among them read.
 void leave_unread(const std::vector<bool>& read, OutputPlans& plans) {
   const auto columns_of = [](const OutputPlan& plan, const std::vector<bool>& marked) {
@@ -433,6 +451,7 @@ OutputPlans plan_outputs(Model& model, const Scene& scene, bool all_shown, const
   share_frames(model, plans.outputs);
   plans.moving = !std::all_of(plans.outputs.begin(), plans.outputs.end(), only_places);
   plans.frames = frames_read(model, plans);
+  if (!plans.moving) plans.places = places_read(model, plans);
   plans.in_plane = !plans.accelerations && !plans.reactions && std::all_of(plans.outputs.begin(), plans.outputs.end(), read_in_plane);
   // Once all frames are known.
   if (sections) plans.sections = std::make_shared<SectionForces>(model, scene);

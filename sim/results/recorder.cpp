@@ -282,10 +282,26 @@ HistoryRecorder::HistoryRecorder(System& system, const std::vector<double>& time
   histories_.values = MatX::Zero(static_cast<Eigen::Index>(plans_.columns.size()), histories_.times.size());
   needs_ = SampleNeeds(system, plans_);
   grow_work(system);
+  if (!needs_.in_plane || needs_.moving) return;
+  std::vector<int> frames = plans_.places;
+  for (const Load& load : system.model.loads)  // bushings are looked at beside (left_ranges.h)
+    if (load.def.kind == ForceKind::bushing) frames.insert(frames.end(), {load.on, load.from});
+  if (FourPlaces::fit(system.model, *system.plane, frames))
+    places_ = std::make_unique<FourPlaces>(system.model, system.work, *system.plane, frames);
 }
 
-void HistoryRecorder::record(System& system, double t, const VecX& y) {
-  const Energy e = bring(system, t, y, needs_, reactions_);
+void HistoryRecorder::record(System& system, double t, const VecX& y) { write_row(system, bring(system, t, y, needs_, reactions_)); }
+
+bool HistoryRecorder::place_four(System& system, const double* times, const MatX& states) {
+  return place_four_samples(system, times, states, *places_);
+}
+
+void HistoryRecorder::record_lane(System& system, double t, int lane) {
+  bring_sample(system, t, *places_, lane);
+  write_row(system, {});
+}
+
+void HistoryRecorder::write_row(System& system, const Energy& e) {
   const Eigen::Index row = row_++;
   MatX& table = histories_.values;
   evaluate_outputs(

@@ -1,6 +1,7 @@
 // Samples of a run: fills Results, row by row.
 #pragma once
 
+#include "sim/dynamics/four_places.h"
 #include "sim/results/histories.h"
 #include "sim/results/load_strain.h"
 #include "sim/results/node_motion.h"
@@ -8,6 +9,7 @@
 #include "sim/time/system.h"
 
 #include <algorithm>
+#include <memory>
 #include <optional>
 #include <utility>
 
@@ -89,6 +91,11 @@ class HistoryRecorder {
   HistoryRecorder(System& system, const std::vector<double>& times, const std::vector<bool>& read = {});
   void record(System& system, double t, const VecX& y);
   bool in_plane() const { return needs_.in_plane; }
+  // Whether samples may be handed over four at a time: place_four brings rows of `states` there, or returns false where they have to be
+  // recorded one by one, and record_lane records one of them.
+  bool takes_four() const { return places_ != nullptr; }
+  bool place_four(System& system, const double* times, const MatX& states);
+  void record_lane(System& system, double t, int lane);
   Histories finish() { return std::move(histories_); }
 
  private:
@@ -96,7 +103,9 @@ class HistoryRecorder {
   SampleNeeds needs_;
   Reactions reactions_;
   Histories histories_;
+  std::unique_ptr<FourPlaces> places_;
   Eigen::Index row_ = 0;
+  void write_row(System& system, const Energy& energy);
 };
 
 // The outputs of one instant after another, none of them kept.

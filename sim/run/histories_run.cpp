@@ -85,14 +85,25 @@ Histories histories_of(const System* start, const Scene& scene, const SimulateOp
       std::optional<Beside> beside;
       if (options.beside) beside.emplace(system);
       RunSpan span = whole_run(s.simulation, times);
-      const SolverStatistics statistics = integrate(
-          system, options.method.value_or(s.simulation.method), span, {options.progress, steps_allowed(scene, options), options.tell},
-          [&](System& at, double t, const VecX& y) {
-            recorder.record(at, t, y);
-            require_sample_closed(at, recorder.in_plane());
-            if (beside) beside->look(at, t);
-          },
-          indefinite);
+      const auto one = [&](System& at, double t, const VecX& y) {
+        recorder.record(at, t, y);
+        require_sample_closed(at, recorder.in_plane());
+        if (beside) beside->look(at, t);
+      };
+      RunWatch watch{options.progress, steps_allowed(scene, options), options.tell};
+      if (recorder.takes_four())
+        watch.samples = [&](System& at, const double* when, int count, const MatX& states) {
+          const bool together = recorder.place_four(at, when, states);
+          for (int k = 0; k < count; ++k) {
+            if (!together) {
+              one(at, when[k], states.row(k).transpose());
+              continue;
+            }
+            recorder.record_lane(at, when[k], k);
+            if (beside) beside->look(at, when[k]);
+          }
+        };
+      const SolverStatistics statistics = integrate(system, options.method.value_or(s.simulation.method), span, watch, one, indefinite);
       wanted = system.weights.narrowed(system);
       Histories out = recorder.finish();
       out.statistics = statistics;

@@ -18,6 +18,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <memory>
 
 namespace flexframe::sim {
@@ -154,6 +155,7 @@ class MotionRun {
   bool told = false;
 
   VecX y, begin_y, at;  // now, where the last step began, at a sample
+  MatX four_at;
   std::unique_ptr<Integrator> integrator;
   double begun = 0.0;   // where the integrator was started last
   long steps_here = 0;  // since then
@@ -445,7 +447,17 @@ int MotionRun::lost_body() const {
 void MotionRun::hand_out_samples(double now) {
   // A sample that is later by rounding alone belongs to the piece that ends here: what jumps at its time is told as it was before.
   const double until = now * (1.0 + same_time);
-  for (; next < times.size() && times[next] <= until; ++next) {
+  const auto passed = [&](size_t k) { return k < times.size() && times[k] <= until; };
+  while (told_to.samples && passed(next + 1)) {
+    std::array<double, 4> some{};
+    int count = 0;
+    for (; count < 4 && passed(next); ++next) some[static_cast<size_t>(count++)] = std::min(times[next], now);
+    std::fill(some.begin() + count, some.end(), some[static_cast<size_t>(count - 1)]);
+    integrator->interpolate_four(some.data(), four_at);
+    told_to.samples(system, some.data(), count, four_at);
+    count_work(count * evaluations_a_sample * system.price);
+  }
+  for (; passed(next); ++next) {
     const double t = std::min(times[next], now);
     integrator->interpolate(t, at);
     sample(system, t, at);

@@ -42,6 +42,8 @@ class ExponentialSolver {
   double step(double t_stop, VecX& y);
   // The solution at a time within the last step.
   void interpolate(double t, VecX& y) const;
+  // At four of them, a row each, into 4 x size.
+  void interpolate_four(const double* times, MatX& states) const;
 
   long steps = 0, failures = 0, jacobians = 0;
   double last_step = 0.0;
@@ -138,6 +140,7 @@ class ExponentialSolver {
     Eigen::Index rows = 0;   // as of Amounts
     size_t piece = 0;        // where the last state was
     VecX z, corrected, out;  // room for amounts of the series, of the correction ([w; p]), and what they make
+    MatX four, four_corrected;  // the same of four states, a row each
     struct Fast {
       Eigen::Index at;
       double frequency;
@@ -149,6 +152,8 @@ class ExponentialSolver {
   };
   void begin_within() const;
   void correct_within(double theta) const;
+  void series_within(double s, VecX& z) const;
+  void correct_four(const double* shares) const;
   bool find_middle(double h);
   bool find_end(const VecX& centre, const VecX& slope, const VecX& bend, double h, VecX& end);
   bool attempt(double h);

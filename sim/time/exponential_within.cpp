@@ -1,5 +1,6 @@
 // States within a step of the exponential method: what runs are sampled at. Everything that does not depend on the time is made once a
 // step.
+#include "sim/base/four.h"
 #include "sim/base/sine_cosine.h"
 #include "sim/base/sines_cosines.h"
 #include "sim/base/small_matrices.h"
@@ -12,9 +13,11 @@ namespace flexframe::sim {
 
 namespace {
 
-// u'' + f^2 u = g (2 x^2 - x) + gq (4 x - 1) / h over x = t / h, u = 0 and u' = v + gq (2 x^2 - x), v = 0 at 0: u and v at x.
+// u'' + f^2 u = g (2 x^2 - x) + gq (4 x - 1) / h over x = t / h, u = 0 and u' = v + gq (2 x^2 - x), v = 0 at 0: u and v at x. T: one
+// number, or four.
+template <class T>
 struct Driven {
-  double u, v;
+  T u, v;
 };
 
 // From so many radians within a step on the closed form keeps its digits.
@@ -25,33 +28,49 @@ ExponentialSolver::ClosedForm closed_form(double f, double h, double g, double g
   return {a, b, c, sine};
 }
 
+template <class T>
 struct Turned {
-  double sin = 0.0, cos = 0.0;
+  T sin, cos;
 };
 
 // turned: by f h x.
-Driven at(const ExponentialSolver::ClosedForm& form, double f, double h, double gq, double x, const Turned& turned) {
+template <class T>
+FLEXFRAME_INLINE Driven<T> at(const ExponentialSolver::ClosedForm& form, double f, double h, double gq, const T& x,
+                              const Turned<T>& turned) {
   const auto [a, b, c, sine] = form;
   const auto [sin, cos] = turned;
   return {a + b * x + c * x * x - a * cos + sine * sin, (b + 2.0 * c * x) / h + f * (a * sin + sine * cos) - gq * (2.0 * x * x - x)};
 }
 
-Driven driven(double f, double h, double g, double gq, double x) {
+template <class T>
+FLEXFRAME_INLINE Driven<T> driven(double f, double h, double g, double gq, const T& x) {
   if (f * h >= once_round) {
-    Turned turned;
+    Turned<T> turned;
     sine_cosine(f * h * x, turned.sin, turned.cos);
     return at(closed_form(f, h, g, gq), f, h, gq, x, turned);
   }
   // A series: where little turns, the closed form loses its digits.
   const double square = f * f * h * h, loads[3] = {-gq * h, 4.0 * gq * h - g * h * h, 2.0 * g * h * h};
-  double c[14] = {0.0, 0.0}, u = 0.0, du = 0.0, power = 1.0;
+  double c[14] = {0.0, 0.0};
   for (int k = 0; k + 2 < 14; ++k) c[k + 2] = ((k < 3 ? loads[k] : 0.0) - square * c[k]) / ((k + 1.0) * (k + 2.0));
+  T u = 0.0 * x, du = u, power = u + 1.0;
   for (int k = 1; k < 14; ++k) {
     du += k * c[k] * power;
     power *= x;
     u += c[k] * power;
   }
   return {u, du / h - gq * (2.0 * x * x - x)};
+}
+
+// How a correction drives what has this frequency: a vibration, or what is carried along (0).
+template <class T>
+FLEXFRAME_INLINE Driven<T> corrected(double f, double h, double w, double p, const T& x) {
+  const T once = h * x * x * (2.0 * x / 3.0 - 0.5);
+  Driven<T> out{h * h * x * x * x * (x - 1.0) / 6.0 * w + once * p, once * w};
+  if (f > 0.0) out = driven(f, h, w, p, x);
+  // p moves by what its coordinates' own remainder moves already.
+  out.u -= once * p;
+  return out;
 }
 
 }  // namespace
@@ -64,16 +83,13 @@ ExponentialSolver::Correction ExponentialSolver::correction_by(const LinearModel
 void ExponentialSolver::add_correction(const LinearModel& m, const Correction& by, double h, double theta, VecX& y) const {
   const auto& [change, w, p] = by;
   const Eigen::Index tail = problem_.size - nq_ - nw_;
-  const double once = h * theta * theta * (2.0 * theta / 3.0 - 0.5), twice = h * h * theta * theta * theta * (theta - 1.0) / 6.0;
+  const double once = h * theta * theta * (2.0 * theta / 3.0 - 0.5);
   y.head(nq_) += once * change.head(nq_);
   y.tail(tail) += once * change.tail(tail);
   VecX u(nw_), v(nw_);
   for (Eigen::Index k = 0; k < nw_; ++k) {
-    // What is no vibration is carried along.
-    const Driven d = m.modes.frequencies[k] > 0.0 ? driven(m.modes.frequencies[k], h, w[k], p[k], theta)
-                                                  : Driven{twice * w[k] + once * p[k], once * w[k]};
-    // p moves by what its coordinates' own remainder moves already.
-    u[k] = d.u - once * p[k], v[k] = d.v;
+    const auto d = corrected(m.modes.frequencies[k], h, w[k], p[k], theta);
+    u[k] = d.u, v[k] = d.v;
   }
   y.segment(nq_, nw_) += times(m.modes.shapes, v);
   y.head(nq_) += m.coordinates(times(m.modes.shapes, u));
@@ -117,21 +133,33 @@ void ExponentialSolver::begin_within() const {
 // Amounts of the correction: those of w, then those of p beyond what its coordinates' own remainder moves.
 void ExponentialSolver::correct_within(double theta) const {
   Within& in = within_;
-  const double h = span_, once = h * theta * theta * (2.0 * theta / 3.0 - 0.5), twice = h * h * theta * theta * theta * (theta - 1.0) / 6.0;
+  const double h = span_, once = h * theta * theta * (2.0 * theta / 3.0 - 0.5);
   double *const v = in.corrected.data(), *const u = v + nw_;
   for (const Eigen::Index k : in.slow) {
-    const double f = model_.modes.frequencies[k], w = correction_.w[k], p = correction_.p[k];
-    const Driven d = f > 0.0 ? driven(f, h, w, p, theta) : Driven{twice * w + once * p, once * w};
-    v[k] = d.v, u[k] = d.u - once * p;
+    const auto d = corrected(model_.modes.frequencies[k], h, correction_.w[k], correction_.p[k], theta);
+    v[k] = d.v, u[k] = d.u;
   }
   const size_t turning = in.fast.size();
   for (size_t i = 0; i < turning; ++i) in.sines[i] = in.fast[i].frequency * h * theta;
   sines_cosines(in.sines.data(), static_cast<int>(turning), in.sines.data(), in.cosines.data());
   for (size_t i = 0; i < turning; ++i) {
     const Within::Fast& mode = in.fast[i];
-    const Driven d = at(mode.form, mode.frequency, h, correction_.p[mode.at], theta, {in.sines[i], in.cosines[i]});
-    v[mode.at] = d.v, u[mode.at] = d.u - once * correction_.p[mode.at];
+    const double p = correction_.p[mode.at];
+    const auto d = at<double>(mode.form, mode.frequency, h, p, theta, {in.sines[i], in.cosines[i]});
+    v[mode.at] = d.v, u[mode.at] = d.u - once * p;
   }
+}
+
+// Amounts of the series after s seconds less those at the beginning, with what goes free.
+void ExponentialSolver::series_within(double s, VecX& z) const {
+  Within& in = within_;
+  const auto ends_before = [&](const Piece& piece) { return s > piece.start + piece.length; };
+  if (s < solution_.pieces[in.piece].start) in.piece = 0;
+  while (in.piece + 1 < solution_.used && ends_before(solution_.pieces[in.piece])) ++in.piece;
+  const Piece& piece = solution_.pieces[in.piece];
+  evaluate_powers(piece.terms.col(1).data(), static_cast<int>(z.size()), piece.count, (s - piece.start) / piece.length, z.data());
+  z -= solution_.begin;
+  if (!solution_.free.empty()) solution_.free.add(s, z.data() + in.rows, z.data());
 }
 
 void ExponentialSolver::interpolate(double t, VecX& y) const {
@@ -141,14 +169,8 @@ void ExponentialSolver::interpolate(double t, VecX& y) const {
   y = in.powers.col(0) + theta * (in.powers.col(1) + theta * (in.powers.col(2) + theta * in.powers.col(3)));
   if (nw_ == 0) return;
   const LinearModel& m = model_;
-  const auto ends_before = [&](const Piece& piece) { return s > piece.start + piece.length; };
-  if (s < solution_.pieces[in.piece].start) in.piece = 0;
-  while (in.piece + 1 < solution_.used && ends_before(solution_.pieces[in.piece])) ++in.piece;
-  const Piece& piece = solution_.pieces[in.piece];
   double *const w = in.z.data(), *const p = w + in.rows;
-  evaluate_powers(piece.terms.col(1).data(), static_cast<int>(in.z.size()), piece.count, (s - piece.start) / piece.length, w);
-  in.z -= solution_.begin;
-  if (!solution_.free.empty()) solution_.free.add(s, p, w);
+  series_within(s, in.z);
   const auto add = [&](const MatX& matrix, const double* amounts, Eigen::Index first) {
     multiply(matrix, amounts, in.out.data());
     y.segment(first, matrix.rows()) += in.out.head(matrix.rows());
@@ -167,6 +189,97 @@ void ExponentialSolver::interpolate(double t, VecX& y) const {
   else add(in.shapes, w, nq_);
   add(in.moves, p, 0);
   if (changed_.size() == 0) add_shaken(m, shaken_, s, y);
+}
+
+// ---- Four states at once: numbers of theirs lie together --------------------------------------------------------------------------------
+
+namespace {
+
+// The polynomials of the columns of `powers`, at four shares of the step.
+FLEXFRAME_WIDE void set_polynomials(const MatX& powers, const double* shares, double* out) {
+  const Eigen::Index n = powers.rows();
+  const Four x = four(shares).v;
+  const double *const a = powers.data(), *const b = a + n, *const c = b + n, *const d = c + n;
+  for (Eigen::Index k = 0; k < n; ++k) four(out + 4 * k).v = a[k] + x * (b[k] + x * (c[k] + x * d[k]));
+}
+
+// out += A x.
+FLEXFRAME_WIDE void add_product(const MatX& A, const double* x, double* out) {
+  const Eigen::Index rows = A.rows(), columns = A.cols();
+  for (Eigen::Index r = 0; r < rows; ++r) {
+    Four sum = A(r, 0) * four(x).v;
+    for (Eigen::Index k = 1; k < columns; ++k) sum += A(r, k) * four(x + 4 * k).v;
+    four(out + 4 * r).v += sum;
+  }
+}
+
+struct Drive {
+  double frequency, h, w, p;
+  const double* shares;  // four, of the step of h seconds
+};
+
+FLEXFRAME_WIDE void drive_slow(const Drive& by, double* v, double* u) {
+  const Four x = four(by.shares).v;
+  const Driven<Four> d = corrected(by.frequency, by.h, by.w, by.p, x);
+  four(v).v = d.v;
+  four(u).v = d.u;
+}
+
+FLEXFRAME_WIDE void drive_fast(const Drive& by, const ExponentialSolver::ClosedForm& form, double* v, double* u) {
+  const Four x = four(by.shares).v, once = by.h * x * x * (2.0 * x / 3.0 - 0.5), angle = by.frequency * by.h * x;
+  Turned<Four> turned;
+  sine_cosine(angle, turned.sin, turned.cos);
+  const Driven<Four> d = at(form, by.frequency, by.h, by.p, x, turned);
+  four(v).v = d.v;
+  four(u).v = d.u - once * by.p;
+}
+
+}  // namespace
+
+void ExponentialSolver::correct_four(const double* shares) const {
+  Within& in = within_;
+  const auto drive = [&](Eigen::Index k) { return Drive{model_.modes.frequencies[k], span_, correction_.w[k], correction_.p[k], shares}; };
+  double *const v = in.four_corrected.data(), *const u = v + 4 * nw_;
+  for (const Eigen::Index k : in.slow) drive_slow(drive(k), v + 4 * k, u + 4 * k);
+  for (const Within::Fast& mode : in.fast) drive_fast(drive(mode.at), mode.form, v + 4 * mode.at, u + 4 * mode.at);
+}
+
+void ExponentialSolver::interpolate_four(const double* times, MatX& states) const {
+  Within& in = within_;
+  if (!in.made) begin_within();
+  double shares[4];
+  for (int k = 0; k < 4; ++k) shares[k] = (times[k] - previous_) / span_;
+  set_polynomials(in.powers, shares, states.data());
+  if (nw_ == 0) return;
+  const LinearModel& m = model_;
+  in.four.resize(4, in.z.size());
+  for (int k = 0; k < 4; ++k) {
+    series_within(times[k] - previous_, in.z);
+    in.four.row(k) = in.z.transpose();
+  }
+  double *const w = in.four.data(), *const p = w + 4 * in.rows;
+  double *const q = states.data(), *const rates = q + 4 * nq_;
+  if (changed_.size() > 0) {
+    in.four_corrected.resize(4, 2 * nw_);
+    correct_four(shares);
+    if (m.plain) {
+      add_product(m.modes.shapes, in.four_corrected.data(), rates);
+      add_product(in.correction_moves, in.four_corrected.data() + 4 * nw_, q);
+    } else {
+      in.four.leftCols(nw_) += in.four_corrected.leftCols(nw_);
+      in.four.middleCols(in.rows, nw_) += in.four_corrected.rightCols(nw_);
+    }
+  }
+  if (m.plain) states.middleCols(nq_, nw_) += in.four.leftCols(nw_);
+  else add_product(in.shapes, w, rates);
+  add_product(in.moves, p, q);
+  if (changed_.size() > 0 || shaken_.empty()) return;
+  VecX y;
+  for (int k = 0; k < 4; ++k) {
+    y = states.row(k).transpose();
+    add_shaken(m, shaken_, times[k] - previous_, y);
+    states.row(k) = y.transpose();
+  }
 }
 
 }  // namespace flexframe::sim

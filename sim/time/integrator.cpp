@@ -605,6 +605,18 @@ void Integrator::interpolate(double t, VecX& y) const {
   if (!m.path.at(t, m.rates_at, own, y)) own(t, y);
 }
 
+void Integrator::interpolate_four(const double* times, MatX& states) const {
+  Memory& m = *memory_;
+  states.resize(4, m.problem.size);
+  if (m.exponential) m.exponential->interpolate_four(times, states);
+  VecX y;
+  for (int k = 0; k < 4; ++k) {
+    if (m.exponential && times[k] != m.time) continue;
+    interpolate(times[k], y);
+    states.row(k) = y.transpose();
+  }
+}
+
 IntegratorStatistics Integrator::statistics() const {
   const Memory& m = *memory_;
   IntegratorStatistics s;

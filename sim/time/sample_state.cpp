@@ -53,6 +53,16 @@ Energy place_plane_sample(System& system, double t, const double* y, const std::
   return moving ? compute_energy(model, work, system.work) : Energy{};
 }
 
+bool place_four_samples(System& system, const double* times, const MatX& states, FourPlaces& places) {
+  return places.place(system.model, system.work, states, [&](int lane) { update_expressions(system.model, times[lane], system.work); });
+}
+
+void bring_sample(System& system, double t, const FourPlaces& places, int lane) {
+  system.work.time = t;
+  if (system.work.carrying.driven) update_expressions(system.model, t, system.work);
+  places.bring(system.model, lane, system.work);
+}
+
 Energy place_space_sample(System& system, double t, const double* y, const std::vector<int>& frames) {
   set_state(system, t, y, false);
   for (const int f : frames) update_frame_pose(system.model, f, system.work);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sim/dynamics/dynamics.h"
+#include "sim/dynamics/four_places.h"
 #include "sim/time/system.h"
 
 namespace flexframe::sim {
@@ -13,6 +14,12 @@ bool has_plane_samples(const System& system);
 // has, the poses of `frames` besides, and of those of springs. Inertias and accelerations are not made. Returns the energies of the
 // system. moving: false where nobody asks how anything moves: rates that close loops and twists stay as they were, energies are zero.
 Energy place_plane_sample(System& system, double t, const double* y, const std::vector<int>& frames = {}, bool moving = true);
+
+// Four samples at once, of which nobody asks how anything moves: their states are the rows of 4 x size. False where they are to be placed
+// one by one (FourPlaces::place); conditions of the loops that the partitions leave out have been looked at else. bring_sample then brings
+// the work to one of them, as far as FourPlaces::bring does.
+bool place_four_samples(System& system, const double* times, const MatX& states, FourPlaces& places);
+void bring_sample(System& system, double t, const FourPlaces& places, int lane);
 
 // The same by the equations in space: set_state, and the poses.
 Energy place_space_sample(System& system, double t, const double* y, const std::vector<int>& frames = {});

@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numeric>
 #include <random>
 
 namespace flexframe::sim {
@@ -62,7 +63,48 @@ void compare_samples(System& planar, System& spatial, const VecX& y) {
     }
 }
 
-void compare(const std::string& text, double falls = 0.0) {
+// Four samples at once against the same by the plane's equations one by one; whether they could be placed.
+bool compare_four(const std::string& text, double falls) {
+  System together = system_of(text), single = system_of(text);
+  std::vector<int> frames(together.model.frames.size());
+  std::iota(frames.begin(), frames.end(), 0);
+  if (!has_plane_samples(together) || !FourPlaces::fit(together.model, *together.plane, frames)) return false;
+  FourPlaces places(together.model, together.work, *together.plane, frames);
+  std::mt19937 random(11);
+  const std::vector<double> times{0.03, 0.01, 0.02, 0.05};
+  MatX states(4, state_size(together));
+  const VecX start = pack_state(together, Eigen::Vector2d::Zero());
+  for (int k = 0; k < 4; ++k) states.row(k) = (start + 0.2 * (random_state(together, random, falls) - start)).transpose();
+  if (!place_four_samples(together, times.data(), states, places)) return false;
+  const double size = together.model.size;
+  for (const int k : {2, 0, 1, 3}) {
+    SCOPED_TRACE(k);
+    const auto at = static_cast<size_t>(k);
+    const VecX y = states.row(k).transpose();
+    place_plane_sample(single, times[at], y.data(), frames, false);
+    bring_sample(together, times[at], places, k);
+    EXPECT_EQ(together.work.time, times[at]);
+    EXPECT_LE((together.work.q - single.work.q).cwiseAbs().maxCoeff(), 1e-12 * (1.0 + size));
+    for (size_t i = 0; i < together.model.parts.size(); ++i) {
+      const PartWork &a = together.work.parts[i], &b = single.work.parts[i];
+      EXPECT_LE((a.world.p - b.world.p).norm(), 1e-12 * (1.0 + size)) << together.model.parts[i].name;
+      EXPECT_LE((a.world.R - b.world.R).norm(), 1e-12 * (1.0 + size)) << together.model.parts[i].name;
+      EXPECT_LE((a.q - b.q).cwiseAbs().sum(), 1e-12) << together.model.parts[i].name;
+    }
+    for (const int f : frames) {
+      const Pose &a = together.work.frames[f].pose, &b = single.work.frames[f].pose;
+      EXPECT_LE((a.p - b.p).norm() + (a.R - b.R).norm(), 1e-12) << together.model.frames[f].name;
+    }
+    for (const Part& part : together.model.parts)
+      if (part.joint.motion >= 0) EXPECT_EQ(together.work.motion[part.joint.motion].value, single.work.motion[part.joint.motion].value);
+  }
+  return true;
+}
+
+enum class Four { fits, does_not };
+
+void compare(const std::string& text, double falls = 0.0, Four four = Four::fits) {
+  EXPECT_EQ(compare_four(text, falls), four == Four::fits) << text;
   System planar = system_of(text), spatial = system_of(text);
   ASSERT_NE(planar.plane, nullptr);
   spatial.plane.reset();
