@@ -168,18 +168,18 @@ void frame_columns(const Model& model, const OutputPlans& plans, const OutputPla
   } else if (!plan.stands && !row.placed) {
     update_frame_pose(model, plan.frame, work);
   }
-  const Pose pose = frame_world(model, work, plan.frame);
   const FrameWork& f = work.frames[plan.frame];
+  const auto world = [&]() -> Pose { return frame_world(model, work, plan.frame); };
   Vec3 v;
   switch (wanted) {
     case Quantity::position:
-      v = pose.p;
+      v = world().p;
       break;
     case Quantity::velocity:
-      v = pose.R * f.V.head<3>();
+      v = world().R * f.V.head<3>();
       break;
     case Quantity::angular_velocity:
-      v = pose.R * f.V.tail<3>();
+      v = world().R * f.V.tail<3>();
       break;
     case Quantity::acceleration:
       v = world_acceleration(model, work, plan.frame);
@@ -188,7 +188,7 @@ void frame_columns(const Model& model, const OutputPlans& plans, const OutputPla
       v = displacement(model, plans, plan, work, row.placed);
       break;
     default:
-      v = rotation_log(pose.R);
+      v = rotation_log(world().R);
       if (last) v = continue_rotation(v, Vec3(last[0], last[1], last[2]));
   }
   for (int k = 0; k < 3; ++k) out[k] = v[k];

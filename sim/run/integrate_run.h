@@ -15,8 +15,8 @@ struct RunWatch {
   std::function<void(double time)> progress;           // now and then the simulated time, s; may throw to stop
   double most_steps = 1e300;                           // a run that would take more ends with a sentence that says why
   std::function<void(const std::string& words)> tell;  // a sentence, where the run will take long: what it spends its steps on
-  // Samples that one step passes, two to four of them at once: their times, their number, and states that are the first so many rows of
-  // 4 x size (the others repeat the last). Empty: they are taken one by one.
+  // Samples that one step passes, two to four of them at once: their times, their number, and their coordinates, which the first so many
+  // rows of 4 x size begin with (the others repeat the last). Empty: they are taken one by one, with their rates.
   std::function<void(System&, const double* times, int count, const MatX& states)> samples{};
 };
 

@@ -308,7 +308,7 @@ VecX ExponentialSolver::split(const Modes& modes, const Amounts& amounts, double
 double ExponentialSolver::unrest(const Modes& modes, const Amounts& rest, const VecX& share, const Solution& solution, double s) const {
   const Piece& last = solution.pieces[solution.used - 1];
   VecX z(2 * rest.rows), u, v;
-  evaluate_powers(last.terms.col(1).data(), static_cast<int>(z.size()), last.count, 1.0, z.data());
+  evaluate_powers(powers_of(last), 1.0, z.data());
   const ModalState end = rest.state(z, s);
   // With nearly its own frequency, nearly nothing.
   const VecX wrong = VecX::Ones(nw_) - share, fast = (wrong.array() > 0.0).cast<double>();
@@ -417,7 +417,7 @@ bool ExponentialSolver::march(const Modes& modes, const Amounts& amounts, const 
       piece_length *= 0.5;
       continue;
     }
-    evaluate_powers(piece.terms.col(1).data(), static_cast<int>(2 * rows), piece.count, 1.0, z.data());
+    evaluate_powers(powers_of(piece), 1.0, z.data());
     ++out.used;
     s += part;
   }
@@ -440,7 +440,7 @@ void ExponentialSolver::evaluate_solution(const LinearModel& m, const VecX& y, c
   const double x = (s - piece.start) / piece.length;
   VecX z(piece.terms.rows());
   const Eigen::Index rows = z.size() / 2;
-  evaluate_powers(piece.terms.col(1).data(), static_cast<int>(z.size()), piece.count, x, z.data());
+  evaluate_powers(powers_of(piece), x, z.data());
   if (!solution.free.empty()) {
     const VecX free = solution.free.at(s);
     z.segment(rows, n) += free.head(n);

@@ -26,6 +26,7 @@
 #include "sim/time/free_motion.h"
 #include "sim/time/integrator.h"
 #include "sim/time/modes.h"
+#include "sim/time/power_series.h"
 #include "sim/time/sampled_remainder.h"
 
 namespace flexframe::sim {
@@ -42,7 +43,7 @@ class ExponentialSolver {
   double step(double t_stop, VecX& y);
   // The solution at a time within the last step.
   void interpolate(double t, VecX& y) const;
-  // At four of them, a row each, into 4 x size.
+  // The coordinates alone at four of them, a row each of 4 x size.
   void interpolate_four(const double* times, MatX& states) const;
 
   long steps = 0, failures = 0, jacobians = 0;
@@ -79,6 +80,10 @@ class ExponentialSolver {
     MatX terms;
     int count = 0;
   };
+  static Powers powers_of(const Piece& piece) {
+    const int size = static_cast<int>(piece.terms.rows());
+    return {piece.terms.col(1).data(), size, size, piece.count};
+  }
   struct Solution {
     std::vector<Piece> pieces;
     size_t used = 0;
@@ -140,7 +145,7 @@ class ExponentialSolver {
     Eigen::Index rows = 0;   // as of Amounts
     size_t piece = 0;        // where the last state was
     VecX z, corrected, out;  // room for amounts of the series, of the correction ([w; p]), and what they make
-    MatX four, four_corrected;  // the same of four states, a row each
+    MatX apart, four;        // of the coordinates of four states: amounts, a column each, and a row each
     struct Fast {
       Eigen::Index at;
       double frequency;
@@ -152,7 +157,8 @@ class ExponentialSolver {
   };
   void begin_within() const;
   void correct_within(double theta) const;
-  void series_within(double s, VecX& z) const;
+  const Piece& piece_within(double s) const;
+  void series_four(const double* since) const;
   void correct_four(const double* shares) const;
   bool find_middle(double h);
   bool find_end(const VecX& centre, const VecX& slope, const VecX& bend, double h, VecX& end);

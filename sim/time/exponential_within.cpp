@@ -150,16 +150,13 @@ void ExponentialSolver::correct_within(double theta) const {
   }
 }
 
-// Amounts of the series after s seconds less those at the beginning, with what goes free.
-void ExponentialSolver::series_within(double s, VecX& z) const {
+// Where s seconds after the step's beginning lie.
+const ExponentialSolver::Piece& ExponentialSolver::piece_within(double s) const {
   Within& in = within_;
   const auto ends_before = [&](const Piece& piece) { return s > piece.start + piece.length; };
   if (s < solution_.pieces[in.piece].start) in.piece = 0;
   while (in.piece + 1 < solution_.used && ends_before(solution_.pieces[in.piece])) ++in.piece;
-  const Piece& piece = solution_.pieces[in.piece];
-  evaluate_powers(piece.terms.col(1).data(), static_cast<int>(z.size()), piece.count, (s - piece.start) / piece.length, z.data());
-  z -= solution_.begin;
-  if (!solution_.free.empty()) solution_.free.add(s, z.data() + in.rows, z.data());
+  return solution_.pieces[in.piece];
 }
 
 void ExponentialSolver::interpolate(double t, VecX& y) const {
@@ -170,7 +167,10 @@ void ExponentialSolver::interpolate(double t, VecX& y) const {
   if (nw_ == 0) return;
   const LinearModel& m = model_;
   double *const w = in.z.data(), *const p = w + in.rows;
-  series_within(s, in.z);
+  const Piece& piece = piece_within(s);
+  evaluate_powers(powers_of(piece), (s - piece.start) / piece.length, w);
+  in.z -= solution_.begin;
+  if (!solution_.free.empty()) solution_.free.add(s, p, w);
   const auto add = [&](const MatX& matrix, const double* amounts, Eigen::Index first) {
     multiply(matrix, amounts, in.out.data());
     y.segment(first, matrix.rows()) += in.out.head(matrix.rows());
@@ -191,94 +191,108 @@ void ExponentialSolver::interpolate(double t, VecX& y) const {
   if (changed_.size() == 0) add_shaken(m, shaken_, s, y);
 }
 
-// ---- Four states at once: numbers of theirs lie together --------------------------------------------------------------------------------
+// ---- Coordinates of four states at once: numbers of theirs lie together ------------------------------------------------------------------
 
 namespace {
 
-// The polynomials of the columns of `powers`, at four shares of the step.
-FLEXFRAME_WIDE void set_polynomials(const MatX& powers, const double* shares, double* out) {
-  const Eigen::Index n = powers.rows();
+// The polynomials of the first n numbers of the columns of `powers`, at four shares of the step.
+FLEXFRAME_WIDE void set_polynomials(const MatX& powers, Eigen::Index n, const double* shares, double* out) {
   const Four x = four(shares).v;
-  const double *const a = powers.data(), *const b = a + n, *const c = b + n, *const d = c + n;
+  const double *const a = powers.data(), *const b = a + powers.rows(), *const c = b + powers.rows(), *const d = c + powers.rows();
   for (Eigen::Index k = 0; k < n; ++k) four(out + 4 * k).v = a[k] + x * (b[k] + x * (c[k] + x * d[k]));
 }
 
 // out += A x.
 FLEXFRAME_WIDE void add_product(const MatX& A, const double* x, double* out) {
   const Eigen::Index rows = A.rows(), columns = A.cols();
+  const double* const a = A.data();
   for (Eigen::Index r = 0; r < rows; ++r) {
-    Four sum = A(r, 0) * four(x).v;
-    for (Eigen::Index k = 1; k < columns; ++k) sum += A(r, k) * four(x + 4 * k).v;
+    Four sum = a[r] * four(x).v;
+    for (Eigen::Index k = 1; k < columns; ++k) sum += a[k * rows + r] * four(x + 4 * k).v;
     four(out + 4 * r).v += sum;
   }
 }
 
+// What a correction makes of the deflection of one mode.
 struct Drive {
   double frequency, h, w, p;
   const double* shares;  // four, of the step of h seconds
 };
 
-FLEXFRAME_WIDE void drive_slow(const Drive& by, double* v, double* u) {
+FLEXFRAME_WIDE void drive_slow(const Drive& by, double* u) {
   const Four x = four(by.shares).v;
-  const Driven<Four> d = corrected(by.frequency, by.h, by.w, by.p, x);
-  four(v).v = d.v;
-  four(u).v = d.u;
+  four(u).v = corrected(by.frequency, by.h, by.w, by.p, x).u;
 }
 
-FLEXFRAME_WIDE void drive_fast(const Drive& by, const ExponentialSolver::ClosedForm& form, double* v, double* u) {
+FLEXFRAME_WIDE void drive_fast(const Drive& by, const ExponentialSolver::ClosedForm& form, double* u) {
   const Four x = four(by.shares).v, once = by.h * x * x * (2.0 * x / 3.0 - 0.5), angle = by.frequency * by.h * x;
   Turned<Four> turned;
   sine_cosine(angle, turned.sin, turned.cos);
-  const Driven<Four> d = at(form, by.frequency, by.h, by.p, x, turned);
-  four(v).v = d.v;
-  four(u).v = d.u - once * by.p;
+  four(u).v = at(form, by.frequency, by.h, by.p, x, turned).u - once * by.p;
 }
 
 }  // namespace
 
+// Into the first nw_ numbers of Within::four.
 void ExponentialSolver::correct_four(const double* shares) const {
   Within& in = within_;
-  const auto drive = [&](Eigen::Index k) { return Drive{model_.modes.frequencies[k], span_, correction_.w[k], correction_.p[k], shares}; };
-  double *const v = in.four_corrected.data(), *const u = v + 4 * nw_;
-  for (const Eigen::Index k : in.slow) drive_slow(drive(k), v + 4 * k, u + 4 * k);
-  for (const Within::Fast& mode : in.fast) drive_fast(drive(mode.at), mode.form, v + 4 * mode.at, u + 4 * mode.at);
+  const auto drive = [&](Eigen::Index k) -> Drive {
+    return {model_.modes.frequencies[k], span_, correction_.w[k], correction_.p[k], shares};
+  };
+  double* const u = in.four.data();
+  for (const Eigen::Index k : in.slow) drive_slow(drive(k), u + 4 * k);
+  for (const Within::Fast& mode : in.fast) drive_fast(drive(mode.at), mode.form, u + 4 * mode.at);
+}
+
+// Amounts of p after four times since the step's beginning, s, less those there: a column each into Within::apart.
+void ExponentialSolver::series_four(const double* since) const {
+  Within& in = within_;
+  in.apart.resize(in.rows, 4);
+  const Piece* pieces[4];
+  double x[4];
+  for (int k = 0; k < 4; ++k) {
+    pieces[k] = &piece_within(since[k]);
+    x[k] = (since[k] - pieces[k]->start) / pieces[k]->length;
+  }
+  const auto powers = [&](const Piece& piece) -> Powers {
+    const Powers all = powers_of(piece);
+    return {all.terms + in.rows, all.stride, static_cast<int>(in.rows), all.count};
+  };
+  if (pieces[0] == pieces[3]) evaluate_powers_four(powers(*pieces[0]), x, in.apart.data());
+  else
+    for (int k = 0; k < 4; ++k) evaluate_powers(powers(*pieces[k]), x[k], in.apart.col(k).data());
+  for (int k = 0; k < 4; ++k) {
+    in.apart.col(k) -= solution_.begin.tail(in.rows);
+    if (!solution_.free.empty()) solution_.free.add(since[k], in.apart.col(k).data(), in.z.data());
+  }
 }
 
 void ExponentialSolver::interpolate_four(const double* times, MatX& states) const {
   Within& in = within_;
   if (!in.made) begin_within();
-  double shares[4];
-  for (int k = 0; k < 4; ++k) shares[k] = (times[k] - previous_) / span_;
-  set_polynomials(in.powers, shares, states.data());
+  double since[4], shares[4];
+  for (int k = 0; k < 4; ++k) {
+    since[k] = times[k] - previous_;
+    shares[k] = since[k] / span_;
+  }
+  double* const q = states.data();
+  set_polynomials(in.powers, nq_, shares, q);
   if (nw_ == 0) return;
-  const LinearModel& m = model_;
-  in.four.resize(4, in.z.size());
-  for (int k = 0; k < 4; ++k) {
-    series_within(times[k] - previous_, in.z);
-    in.four.row(k) = in.z.transpose();
-  }
-  double *const w = in.four.data(), *const p = w + 4 * in.rows;
-  double *const q = states.data(), *const rates = q + 4 * nq_;
+  series_four(since);
+  in.four.resize(4, nw_);
   if (changed_.size() > 0) {
-    in.four_corrected.resize(4, 2 * nw_);
     correct_four(shares);
-    if (m.plain) {
-      add_product(m.modes.shapes, in.four_corrected.data(), rates);
-      add_product(in.correction_moves, in.four_corrected.data() + 4 * nw_, q);
-    } else {
-      in.four.leftCols(nw_) += in.four_corrected.leftCols(nw_);
-      in.four.middleCols(in.rows, nw_) += in.four_corrected.rightCols(nw_);
-    }
+    if (model_.plain) add_product(in.correction_moves, in.four.data(), q);
+    else in.apart.topRows(nw_) += in.four.transpose();
   }
-  if (m.plain) states.middleCols(nq_, nw_) += in.four.leftCols(nw_);
-  else add_product(in.shapes, w, rates);
-  add_product(in.moves, p, q);
+  in.four = in.apart.topRows(nw_).transpose();
+  add_product(in.moves, in.four.data(), q);
   if (changed_.size() > 0 || shaken_.empty()) return;
-  VecX y;
+  VecX y = VecX::Zero(problem_.size);
   for (int k = 0; k < 4; ++k) {
-    y = states.row(k).transpose();
-    add_shaken(m, shaken_, times[k] - previous_, y);
-    states.row(k) = y.transpose();
+    y.head(nq_) = states.row(k).head(nq_).transpose();
+    add_shaken(model_, shaken_, since[k], y);
+    states.row(k).head(nq_) = y.head(nq_).transpose();
   }
 }
 

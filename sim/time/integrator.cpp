@@ -607,7 +607,7 @@ void Integrator::interpolate(double t, VecX& y) const {
 
 void Integrator::interpolate_four(const double* times, MatX& states) const {
   Memory& m = *memory_;
-  states.resize(4, m.problem.size);
+  states.setZero(4, m.problem.size);
   if (m.exponential) m.exponential->interpolate_four(times, states);
   VecX y;
   for (int k = 0; k < 4; ++k) {

@@ -97,7 +97,7 @@ class Integrator {
   const std::string& complaint() const;
   // The solution at a time within the last step.
   void interpolate(double t, VecX& y) const;
-  // The same at four times, a row each, into 4 x size: some of the work is done for all of them at once, to the last digits the same.
+  // The same at four times, a row each, into 4 x size, some of it for all of them at once. Only coordinates are sure to be written.
   void interpolate_four(const double* times, MatX& states) const;
   const VecX& state() const;
   IntegratorStatistics statistics() const;

@@ -1,6 +1,6 @@
 #include "sim/time/power_series.h"
 
-#include "sim/base/wide.h"
+#include "sim/base/four.h"
 
 #include <Eigen/Core>
 
@@ -100,7 +100,6 @@ inline __attribute__((always_inline)) int expand_by(const PowerSeries& s, int mo
 
 typedef double Two __attribute__((vector_size(16)));
 #if defined(__x86_64__) && defined(__GNUC__)
-typedef double Four __attribute__((vector_size(32)));
 typedef double Eight __attribute__((vector_size(64)));
 __attribute__((target("avx2"))) int expand_avx2(const PowerSeries& s, int most_terms, double* terms) {
   return expand_by<Four>(s, most_terms, terms);
@@ -135,16 +134,36 @@ FLEXFRAME_INLINE void evaluate_rows(const double* terms, std::ptrdiff_t size, in
 }
 
 FLEXFRAME_WIDE
-void evaluate(const double* terms, int size, int count, double x, double* out) {
+void evaluate(const Powers& p, double x, double* out) {
   int i = 0;
-  for (; i + 16 <= size; i += 16) evaluate_rows<16>(terms + i, size, count, x, out + i);
-  for (; i + 4 <= size; i += 4) evaluate_rows<4>(terms + i, size, count, x, out + i);
-  for (; i < size; ++i) evaluate_rows<1>(terms + i, size, count, x, out + i);
+  for (; i + 16 <= p.size; i += 16) evaluate_rows<16>(p.terms + i, p.stride, p.count, x, out + i);
+  for (; i + 4 <= p.size; i += 4) evaluate_rows<4>(p.terms + i, p.stride, p.count, x, out + i);
+  for (; i < p.size; ++i) evaluate_rows<1>(p.terms + i, p.stride, p.count, x, out + i);
+}
+
+// Every product waits for the one before: two registers at four places keep the processor busy.
+FLEXFRAME_WIDE
+void evaluate_four(const Powers& p, const double* x, double* out) {
+  for (int i = 0; i + 8 <= p.size; i += 8) {
+    Four low[4] = {}, high[4] = {};
+    for (std::ptrdiff_t k = p.count; k-- > 0;) {
+      const double* const c = p.terms + k * p.stride + i;
+      for (int l = 0; l < 4; ++l) {
+        low[l] = low[l] * x[l] + four(c).v;
+        high[l] = high[l] * x[l] + four(c + 4).v;
+      }
+    }
+    for (int l = 0; l < 4; ++l) {
+      four(out + l * p.size + i).v = low[l];
+      four(out + l * p.size + i + 4).v = high[l];
+    }
+  }
 }
 
 }  // namespace
 
 // clang compiles for wider registers only what no header declares before.
-void evaluate_powers(const double* terms, int size, int count, double x, double* out) { evaluate(terms, size, count, x, out); }
+void evaluate_powers(const Powers& powers, double x, double* out) { evaluate(powers, x, out); }
+void evaluate_powers_four(const Powers& powers, const double* x, double* out) { evaluate_four(powers, x, out); }
 
 }  // namespace flexframe::sim

@@ -18,7 +18,14 @@ struct PowerSeries {
 // terms in a row are negligible. Returns how many columns stand behind the first one, 0 where most_terms powers do not do.
 int expand(const PowerSeries& series, int most_terms, double* terms);
 
-// out = sum over the count columns at `terms` (each of `size` numbers) of column k times x^k.
-void evaluate_powers(const double* terms, int size, int count, double x, double* out);
+// Of the columns at `terms`, which stand `stride` numbers apart, the first `size` numbers each.
+struct Powers {
+  const double* terms;
+  int stride, size, count;
+};
+// out = sum over the columns of column k times x^k.
+void evaluate_powers(const Powers& powers, double x, double* out);
+// At four x at once, a column of `size` each; size: a multiple of 8.
+void evaluate_powers_four(const Powers& powers, const double* x, double* out);
 
 }  // namespace flexframe::sim

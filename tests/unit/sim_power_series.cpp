@@ -55,8 +55,8 @@ TEST(PowerSeries, SumsObeyTheirEquation) {
     for (int k = 1; k < count; ++k) slopes.col(k - 1) = k * p.terms.col(k + 1);
     for (const double x : {0.0, 0.3, 1.0}) {
       VecX z(2 * p.rows), rate(2 * p.rows);
-      evaluate_powers(p.terms.col(1).data(), 2 * p.rows, count, x, z.data());
-      evaluate_powers(slopes.data(), 2 * p.rows, count - 1, x, rate.data());
+      evaluate_powers({p.terms.col(1).data(), 2 * p.rows, 2 * p.rows, count}, x, z.data());
+      evaluate_powers({slopes.data(), 2 * p.rows, 2 * p.rows, count - 1}, x, rate.data());
       const VecX load = p.loads * Eigen::Vector3d(1.0, x, x * x);
       const VecX w = z.head(n), q = z.segment(p.rows, n);
       const VecX wd = p.A * q + p.length * x * (p.A1 * q) + p.B * w + load.head(n), qd = w + load.segment(p.rows, n);
