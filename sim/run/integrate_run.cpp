@@ -269,8 +269,9 @@ void MotionRun::define_jacobians() {
     count_work(linear_model_price(static_cast<double>(into.A.rows())));
   };
   problem.all_derivatives = [this](double t, const double* state, MatX& A, MatX& B) {
+    const bool here = at_work.t == t && work_is_at(state);
     at_work.valid = false;
-    difference_rates(system, t, state, A, B);
+    difference_rates(system, t, state, here ? at_work.dy.data() : nullptr, A, B);
   };
 }
 

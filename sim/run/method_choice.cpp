@@ -124,7 +124,7 @@ FastestPart find_fastest(System& system, double t, const VecX& y) {
   if (!all_have_inertia(system.model)) return out;
   MatX A, B;
   try {
-    difference_rates(system, t, y.data(), A, B);
+    difference_rates(system, t, y.data(), nullptr, A, B);
   } catch (const SimulationError&) {
     return out;
   }

@@ -323,13 +323,16 @@ void update_closed_matrix(System& system, const double* y, MechanicalJacobian& o
   if (closed_form(system)) update_closed_columns(system, all, out);
 }
 
-void difference_rates(System& system, double t, const double* y, MatX& A, MatX& B) {
+void difference_rates(System& system, double t, const double* y, const double* rates, MatX& A, MatX& B) {
   const std::vector<Direction> all = directions(system);
   VecX base(state_size(system));
-  state_rate(system, t, y, base.data());
+  if (rates) base = Eigen::Map<const VecX>(rates, base.size());
+  else state_rate(system, t, y, base.data());
   A.setZero(static_cast<Eigen::Index>(all.size()), static_cast<Eigen::Index>(all.size()));
   B = A;
-  difference_columns(system, {t, y, base, all, 1e-6, false}, A, B);
+  Differences how{t, y, base, all, 1e-6, false};
+  how.A_only = difference_speeds(system, how, false, B);
+  difference_columns(system, how, A, B);
 }
 
 }  // namespace flexframe::sim

@@ -27,7 +27,8 @@ void update_newton_matrix(System& system, double t, const double* y, const doubl
 void update_closed_matrix(System& system, const double* y, MechanicalJacobian& out);
 
 // All columns of A and B at (t, y) by differences wide enough for what is left beside the stiffness: a millionth of the component's size.
-void difference_rates(System& system, double t, const double* y, MatX& A, MatX& B);
+// rates: those of the state, with `work` at its places, or null where it is to be evaluated.
+void difference_rates(System& system, double t, const double* y, const double* rates, MatX& A, MatX& B);
 
 // Whether the stiffness is known in closed form and no more than three joints' rates are left to differences, so that the matrix costs
 // less than the iterations of a step and is worth making at every one.
