@@ -134,11 +134,17 @@ bool ExponentialSolver::linearise(double t, const VecX& y, const LinearModel* be
 
 // What the rates at (t, y) exceed the linear model's by.
 VecX ExponentialSolver::remainder(const LinearModel& m, double t, const VecX& y, const VecX& rates) const {
+  static thread_local VecX q, p, w, by_A, by_A1, by_B;  // room
   VecX d = rates;
-  d.head(nq_) -= m.coordinates(y.segment(nq_, nw_));
-  const VecX p = m.directions(y.head(nq_) - m.state.head(nq_));
-  d.segment(nq_, nw_) -= m.rates.segment(nq_, nw_) + times(m.A, p) + (t - m.time) * times(m.A1, p) +
-                         times(m.B, y.segment(nq_, nw_) - m.state.segment(nq_, nw_));
+  m.coordinates_into(y.data() + nq_, q);
+  d.head(nq_) -= q;
+  q = y.head(nq_) - m.state.head(nq_);
+  m.directions_into(q.data(), p);
+  w = y.segment(nq_, nw_) - m.state.segment(nq_, nw_);
+  times_into(m.A, p, by_A);
+  times_into(m.A1, p, by_A1);
+  times_into(m.B, w, by_B);
+  d.segment(nq_, nw_) -= m.rates.segment(nq_, nw_) + by_A + (t - m.time) * by_A1 + by_B;
   return d;
 }
 
@@ -151,7 +157,8 @@ double ExponentialSolver::fastest(const MatX& A, const MatX& B) const {
   }
   double square = 0.0;
   for (int k = 0; k < 3; ++k) {
-    const VecX next = times(A, probe_);
+    static thread_local VecX next;
+    times_into(A, probe_, next);
     const double size = next.norm();
     square = size / probe_.norm();
     if (!(size > 0.0) || !std::isfinite(square)) {
@@ -164,15 +171,25 @@ double ExponentialSolver::fastest(const MatX& A, const MatX& B) const {
   return std::max(std::sqrt(square), std::sqrt(A.diagonal().cwiseAbs().maxCoeff())) + B.diagonal().cwiseAbs().maxCoeff();
 }
 
+void ExponentialSolver::LinearModel::directions_into(const double* q, VecX& out) const {
+  out.setZero(P.rows);
+  P.add_product(1.0, q, out.data());
+}
+
+void ExponentialSolver::LinearModel::coordinates_into(const double* p, VecX& out) const {
+  out.setZero(T.rows);
+  T.add_product(1.0, p, out.data());
+}
+
 VecX ExponentialSolver::LinearModel::directions(const Eigen::Ref<const VecX>& q) const {
-  VecX out = VecX::Zero(P.rows);
-  P.add_product(1.0, q.data(), out.data());
+  VecX out;
+  directions_into(q.data(), out);
   return out;
 }
 
 VecX ExponentialSolver::LinearModel::coordinates(const Eigen::Ref<const VecX>& p) const {
-  VecX out = VecX::Zero(T.rows);
-  T.add_product(1.0, p.data(), out.data());
+  VecX out;
+  coordinates_into(p.data(), out);
   return out;
 }
 
@@ -181,8 +198,10 @@ void ExponentialSolver::LinearModel::write_amounts(const double* w, double* out)
   else multiply(modes.gauges, w, out);
 }
 
-VecX ExponentialSolver::LinearModel::of_amounts(const Eigen::Ref<const VecX>& amounts) const {
-  return plain ? VecX(amounts) : times(modes.shapes, amounts);
+void ExponentialSolver::LinearModel::of_amounts_into(const double* amounts, VecX& out) const {
+  out.resize(P.rows);
+  if (plain) std::copy_n(amounts, P.rows, out.data());
+  else multiply(modes.shapes, amounts, out.data());
 }
 
 // For steps of h seconds: from those of the model before where they are close, else anew; none where there is no whole set of them.
@@ -239,11 +258,18 @@ void ExponentialSolver::remove_oscillation(const LinearModel& m, const Parabola&
   const auto& [d, span] = remainder;
   const double theta = s / span, most = problem_.tolerance < sampled_below ? turned_sampled : turned;
   const auto rows = [&](const auto& v) { return v.segment(nq_, nw_); };
-  const VecX w = rows(y), p = m.directions(y.head(nq_) - m.state.head(nq_));
-  const VecX load = rows(m.rates) + times(m.B, w - rows(m.state)) + rows(d.col(0)) + theta * (rows(d.col(1)) + theta * rows(d.col(2)));
-  const VecX load_rate = (rows(d.col(1)) + 2.0 * theta * rows(d.col(2))) / span;
-  VecX dp = times(m.modes.gauges, p), dw = times(m.modes.gauges, w);
-  const VecX g = times(m.modes.gauges, load), gr = times(m.modes.gauges, load_rate);
+  static thread_local VecX q, w, p, load, load_rate, by_B, dp, dw, g, gr;  // room
+  q = y.head(nq_) - m.state.head(nq_);
+  m.directions_into(q.data(), p);
+  w = rows(y) - rows(m.state);
+  times_into(m.B, w, by_B);
+  load = rows(m.rates) + by_B + rows(d.col(0)) + theta * (rows(d.col(1)) + theta * rows(d.col(2)));
+  load_rate = (rows(d.col(1)) + 2.0 * theta * rows(d.col(2))) / span;
+  w = rows(y);
+  times_into(m.modes.gauges, p, dp);
+  times_into(m.modes.gauges, w, dw);
+  times_into(m.modes.gauges, load, g);
+  times_into(m.modes.gauges, load_rate, gr);
   for (Eigen::Index k = 0; k < dp.size(); ++k) {
     const double f = m.modes.frequencies[k], x = within * f;
     if (x < least_turned) {
@@ -254,8 +280,11 @@ void ExponentialSolver::remove_oscillation(const LinearModel& m, const Parabola&
     dp[k] = share * (dp[k] - g[k] / (f * f));
     dw[k] = share * (dw[k] - gr[k] / (f * f));
   }
-  y.head(nq_) -= m.coordinates(times(m.modes.shapes, dp));
-  y.segment(nq_, nw_) -= times(m.modes.shapes, dw);
+  times_into(m.modes.shapes, dp, p);
+  times_into(m.modes.shapes, dw, w);
+  m.coordinates_into(p.data(), q);
+  y.head(nq_) -= q;
+  y.segment(nq_, nw_) -= w;
 }
 
 ModalState ExponentialSolver::Amounts::state(const VecX& at, double s) const {
@@ -274,16 +303,23 @@ ExponentialSolver::Amounts ExponentialSolver::amounts_of(const LinearModel& m, c
   a.rows = rows;
   a.z = VecX::Zero(2 * rows);
   m.write_amounts(y.data() + nq_, a.z.data());
-  m.write_amounts(m.directions(y.head(nq_) - m.state.head(nq_)).data(), a.z.data() + rows);
-  MatX w = d.middleRows(nq_, n);
-  w.col(0) += m.rates.segment(nq_, n) - times(m.B, m.state.segment(nq_, n));
+  static thread_local VecX q, p, state, by_B, weight;  // room
+  static thread_local MatX w;
+  q = y.head(nq_) - m.state.head(nq_);
+  m.directions_into(q.data(), p);
+  m.write_amounts(p.data(), a.z.data() + rows);
+  w = d.middleRows(nq_, n);
+  state = m.state.segment(nq_, n);
+  times_into(m.B, state, by_B);
+  w.col(0) += m.rates.segment(nq_, n) - by_B;
   a.loads = MatX::Zero(2 * rows, 3);
   for (int k = 0; k < 3; ++k) {
     double* const loads = a.loads.col(k).data();
     m.write_amounts(w.col(k).data(), loads);
-    m.write_amounts(m.directions(d.col(k).head(nq_)).data(), loads + rows);
+    m.directions_into(d.col(k).data(), p);
+    m.write_amounts(p.data(), loads + rows);
   }
-  VecX weight(problem_.size);
+  weight.resize(problem_.size);
   problem_.weights(y.data(), weight.data());
   a.weights.size = static_cast<double>(problem_.size);
   if (m.plain) a.weights.w = weight.segment(nq_, n);
@@ -374,14 +410,20 @@ bool ExponentialSolver::solve(const LinearModel& m, const VecX& y, double t, con
 bool ExponentialSolver::march(const Modes& modes, const Amounts& amounts, const VecX& share, const Reach& reach, Solution& out) const {
   const double length = reach.length, span = amounts.span;
   const Eigen::Index n = nw_, rows = amounts.rows;
-  const MatX A = share.asDiagonal() * modes.A, A1 = share.asDiagonal() * modes.A1;
-  MatX g = amounts.loads, loads(2 * rows, 3);
-  g.topRows(n) = share.asDiagonal() * g.topRows(n);
-  VecX z = amounts.z, weights = VecX::Zero(rows);
+  static thread_local MatX A, A1, B, g, loads, L;
+  static thread_local VecX z, weights;
+  A = share.asDiagonal() * modes.A;
+  A1 = share.asDiagonal() * modes.A1;
+  B = share.asDiagonal() * modes.B;
+  g = amounts.loads;
+  g.topRows(n) = share.asDiagonal() * amounts.loads.topRows(n);
+  loads.resize(2 * rows, 3);
+  z = amounts.z;
+  weights.setZero(rows);
   weights.head(n) = amounts.weights.w;
-  MatX L = MatX::Zero(rows, 3 * n);
-  L.block(0, n, n, n) = share.asDiagonal() * modes.B;
-  double piece_length = std::min(length, radians_of_series(problem_.tolerance) / std::max(fastest(A, L.block(0, n, n, n)), 1e-300));
+  L.setZero(rows, 3 * n);
+  L.middleCols(n, n).topRows(n) = B;
+  double piece_length = std::min(length, radians_of_series(problem_.tolerance) / std::max(fastest(A, B), 1e-300));
   // A step of more pieces than that is not worth its memory: what decays at once is for other methods.
   const double most = std::clamp(4e6 / (2.0 * static_cast<double>(n + 1) * most_terms), 8.0, 500.0);
   if (length > most * piece_length) return false;
@@ -432,13 +474,14 @@ void ExponentialSolver::evaluate_solution(const LinearModel& m, const VecX& y, c
   while (k + 1 < solution.used && s > solution.pieces[k].start + solution.pieces[k].length) ++k;
   out.resize(problem_.size);
   const double theta = s / span;
-  const VecX done = span * theta * (d.col(0) + theta * (d.col(1) / 2.0 + theta * d.col(2) / 3.0));
+  static thread_local VecX done, z, q, p, dp;  // room
+  done = span * theta * (d.col(0) + theta * (d.col(1) / 2.0 + theta * d.col(2) / 3.0));
   out.head(nq_) = y.head(nq_) + done.head(nq_);
   out.tail(problem_.size - nq_ - n) = y.tail(problem_.size - nq_ - n) + done.tail(problem_.size - nq_ - n);
   if (n == 0) return;
   const Piece& piece = solution.pieces[k];
   const double x = (s - piece.start) / piece.length;
-  VecX z(piece.terms.rows());
+  z.resize(piece.terms.rows());
   const Eigen::Index rows = z.size() / 2;
   evaluate_powers(powers_of(piece), x, z.data());
   if (!solution.free.empty()) {
@@ -447,8 +490,13 @@ void ExponentialSolver::evaluate_solution(const LinearModel& m, const VecX& y, c
     z.head(n) += free.tail(n);
   }
   z -= solution.begin;
-  out.segment(nq_, n) = y.segment(nq_, n) + m.of_amounts(z.head(n));
-  out.head(nq_) += m.coordinates(m.of_amounts(z.segment(rows, n)) - m.directions(done.head(nq_)));
+  m.of_amounts_into(z.data(), p);
+  out.segment(nq_, n) = y.segment(nq_, n) + p;
+  m.of_amounts_into(z.data() + rows, p);
+  m.directions_into(done.data(), dp);
+  p -= dp;
+  m.coordinates_into(p.data(), q);
+  out.head(nq_) += q;
 }
 
 // Linearises about the middle of a step of h seconds, to which the model and the remainder of the step before lead.

@@ -70,8 +70,11 @@ class ExponentialSolver {
     MatX moves;                                               // q by amounts of p
     VecX directions(const Eigen::Ref<const VecX>& q) const;   // P q
     VecX coordinates(const Eigen::Ref<const VecX>& p) const;  // T p
-    void write_amounts(const double* w, double* out) const;   // of w or p
-    VecX of_amounts(const Eigen::Ref<const VecX>& amounts) const;
+    // The same into room that stays.
+    void directions_into(const double* q, VecX& out) const;
+    void coordinates_into(const double* p, VecX& out) const;
+    void write_amounts(const double* w, double* out) const;  // of w or p
+    void of_amounts_into(const double* amounts, VecX& out) const;
   };
   // Coefficients of the powers of (time since start) / length of the amounts (modes.h) of w and p = P (q - q*), one under the other as
   // power_series.h has them.

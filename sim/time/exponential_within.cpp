@@ -86,13 +86,18 @@ void ExponentialSolver::add_correction(const LinearModel& m, const Correction& b
   const double once = h * theta * theta * (2.0 * theta / 3.0 - 0.5);
   y.head(nq_) += once * change.head(nq_);
   y.tail(tail) += once * change.tail(tail);
-  VecX u(nw_), v(nw_);
+  static thread_local VecX u, v, moved, q;  // room
+  u.resize(nw_);
+  v.resize(nw_);
   for (Eigen::Index k = 0; k < nw_; ++k) {
     const auto d = corrected(m.modes.frequencies[k], h, w[k], p[k], theta);
     u[k] = d.u, v[k] = d.v;
   }
-  y.segment(nq_, nw_) += times(m.modes.shapes, v);
-  y.head(nq_) += m.coordinates(times(m.modes.shapes, u));
+  times_into(m.modes.shapes, v, moved);
+  y.segment(nq_, nw_) += moved;
+  times_into(m.modes.shapes, u, moved);
+  m.coordinates_into(moved.data(), q);
+  y.head(nq_) += q;
 }
 
 // The correction changes the polynomials by h x^2 (2 x / 3 - 1/2) of what it adds to coordinates and quadratures themselves.
@@ -191,7 +196,8 @@ void ExponentialSolver::interpolate(double t, VecX& y) const {
   if (changed_.size() == 0) add_shaken(m, shaken_, s, y);
 }
 
-// ---- Coordinates of four states at once: numbers of theirs lie together ------------------------------------------------------------------
+// ---- Coordinates of four states at once: numbers of theirs lie together
+// ------------------------------------------------------------------
 
 namespace {
 

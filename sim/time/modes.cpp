@@ -90,6 +90,11 @@ VecX times(const MatX& A, const Eigen::Ref<const VecX>& x) {
   return y;
 }
 
+void times_into(const MatX& A, const VecX& x, VecX& y) {
+  y.resize(A.rows());
+  multiply(A, x.data(), y.data());
+}
+
 bool find_modes(const MatX& A, Modes& modes) {
   const Eigen::Index n = A.rows();
   if (n == 0 || !A.allFinite()) return false;
@@ -152,11 +157,21 @@ void express_modes(const MatX& A, const MatX& B, const MatX& A1, Modes& m) {
 }
 
 void held_at(const Modes& m, const VecX& fast, const ModalState& z, VecX& u, VecX& v) {
-  const VecX slow = VecX::Ones(fast.size()) - fast;
-  const VecX w = slow.cwiseProduct(z.w), p = slow.cwiseProduct(z.p), A1p = times(m.A1, p);
-  const VecX load = z.load_w + times(m.B, w) + times(m.A, p) + z.tau * A1p;
-  const VecX dw = slow.cwiseProduct(load), dp = slow.cwiseProduct(z.w + z.load_p);
-  const VecX rate = z.rate_w + times(m.B, dw) + times(m.A, dp) + z.tau * times(m.A1, dp) + A1p;
+  // Twice and more in every step: the room stays.
+  static thread_local VecX slow, w, p, by_B, by_A, by_A1, A1p, load, rate;
+  slow = VecX::Ones(fast.size()) - fast;
+  w = slow.cwiseProduct(z.w);
+  p = slow.cwiseProduct(z.p);
+  times_into(m.A1, p, A1p);
+  times_into(m.B, w, by_B);
+  times_into(m.A, p, by_A);
+  load = z.load_w + by_B + by_A + z.tau * A1p;
+  w = slow.cwiseProduct(load);
+  p = slow.cwiseProduct(z.w + z.load_p);
+  times_into(m.B, w, by_B);
+  times_into(m.A, p, by_A);
+  times_into(m.A1, p, by_A1);
+  rate = z.rate_w + by_B + by_A + z.tau * by_A1 + A1p;
   u.setZero(fast.size());
   v.setZero(fast.size());
   for (Eigen::Index k = 0; k < fast.size(); ++k) {

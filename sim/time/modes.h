@@ -18,6 +18,9 @@ struct Modes {
 // A x; for tens of rows a general library takes twice as long.
 VecX times(const MatX& A, const Eigen::Ref<const VecX>& x);
 
+// The same into `y`, which is not x: where it has room for it nothing is asked for.
+void times_into(const MatX& A, const VecX& x, VecX& y);
+
 // Shapes and gauges of A by its eigenvectors (real and imaginary parts of complex ones); false where there are no n independent ones.
 bool find_modes(const MatX& A, Modes& modes);
 // All else of `modes` from the shapes.
