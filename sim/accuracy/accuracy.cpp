@@ -225,6 +225,7 @@ std::optional<Finished> judged_as_given(Task& t, AsGiven& given) {
   f.looser = *given.loose;
   f.coarse = *given.loose;
   f.add_up(fine, time, space, MatX::Zero(time.rows(), time.cols()));
+  f.count_start(t.search, fine);
   return f;
 }
 

@@ -339,6 +339,28 @@ std::optional<Scene> Search::doubled() const {
   return out;
 }
 
+std::optional<Scene> Search::shorter_at_ends() const {
+  // A place so many elements from an end is a node beside it, or near that, with half as many too (put_nodes_on_frames).
+  constexpr double sets_length = 2.0;
+  if (!reads_forces || scene_.simulation.static_start) return std::nullopt;
+  Scene out = scene_;
+  bool any = false;
+  for (const Resolvable& r : bodies_) {
+    if (r.model != BeamModel::finite_element) continue;
+    BeamDef& beam = std::get<BeamDef>(out.bodies[r.body].kind);
+    double root = 1.0, tip = 1.0;  // x/L from there to the nearest place
+    for (const auto& [name, share] : beam.frames) {
+      if (share > 0.0) root = std::min(root, share);
+      if (share < 1.0) tip = std::min(tip, 1.0 - share);
+    }
+    const auto half_of = [&](double near) { return 0.5 * std::min(near, 1.0 / r.given); };
+    if (r.given * root < sets_length) beam.frames["half of the first element"] = half_of(root), any = true;
+    if (r.given * tip < sets_length) beam.frames["half of the last element"] = 1.0 - half_of(tip), any = true;
+  }
+  if (any) return out;
+  return std::nullopt;
+}
+
 int Search::fewest() const {
   int out = 0;
   for (const Resolvable& r : bodies_) out = out == 0 ? r.given : std::min(out, r.given);

@@ -70,6 +70,9 @@ class Search {
   std::optional<Scene> halved() const;
   // The same with twice the elements or volumes; none where a body has modes that the scene names.
   std::optional<Scene> doubled() const;
+  // The scene with an element of half the length at most beside each end of beams where a named place sets its length, be the elements half
+  // or twice as many; none where there is no such beam, or no output sees it.
+  std::optional<Scene> shorter_at_ends() const;
   // Whether a run of the scene as it stands costs far more than one with a few modes of every beam: finite elements have so many
   // coordinates, and nothing else is to be chosen.
   bool dear_as_given() const;

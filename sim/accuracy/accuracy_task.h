@@ -125,6 +125,10 @@ struct Finished {
   // as squares. Columns x samples of `fine`. Errors of time that may not fall with the tolerance are `equal` times those, and add as
   // squares too: whichever is more.
   double add_up(const Histories& fine, const MatX& in_time, const MatX& in_space, const MatX& in_effects, double equal = 0.0);
+  // Forces at t = 0 of elements whose length neither half nor twice as many change (Search::shorter_at_ends): until strains have come about
+  // a joint holds what the element beside it weighs, which falls with its length alone. Counts where it is more than the rest. fine: of the
+  // results.
+  void count_start(Search& search, const Histories& fine);
 };
 
 // The run itself, checked against others; finer as long as that is what lacks. Given up once a run of it takes `limit` CPU s.
