@@ -43,6 +43,8 @@ constexpr double dear_run = 1.0;
 // The next run is not made where it costs that much, s, and so many times the last one (beam on a stop at 1e-3, its 30 coordinates followed
 // at 1e-8: 2 CPU s and no end).
 constexpr double dear_step = 0.3, dearer_step = 5.0;
+// CPU s for few modes where events shift with tighter steps.
+constexpr double few_allowance = 1.5;
 // A looser run that takes longer than so many times the run itself has lost its way (arm with a payload: 16 CPU s, five times the run);
 // where runs take seconds it has to be the cheaper one that it should be.
 constexpr double dearer_if_looser = 1.5, cheaper_if_looser = 0.6;
@@ -64,6 +66,8 @@ class Straight {
   const Scene& as_run(const Scene& scene) const { return few_ > 0 ? few_scene_ : scene; }
   int more_than_few() const { return std::max(few_ + least_more, few_ + few_ / 2); }
   bool refine_few();
+  std::optional<Finished> try_few(const Scene& as_given, const Search& search, double within);
+  double allowed_to_try() const;
   std::vector<std::string> described() const;
   StraightRun for_search(bool kept) const;
   Verdict verdict_as_called(const Scene& scene);
@@ -90,6 +94,7 @@ class Straight {
   double price_of_volumes(const Finished& f) const;
   double energy_share() const;
   double next_work() const;
+  double next_allowed() const;
   VecX sizes_of(const Histories& h) const;
   std::optional<Histories> loose_run(const Scene& scene, double tolerance, const System* start = nullptr);
   Verdict judge_time(const Scene& scene);
@@ -101,14 +106,20 @@ class Straight {
   int few_ = 0;
   Scene few_scene_;
   static constexpr int least_more = 2;
-  int refined_ = 0;                        // times that it was too few
-  bool short_of_margins_ = false;          // what the estimates say has to be several times smaller
-  double space_margin_ = elastic_margin;   // by how much, of space
-  double tolerance_ = 0.0, before_ = 0.0;  // before: what a decade changed one decade ago, 0: not known
+  double first_tolerance() const { return std::clamp(0.1 * t_.accuracy, 1e-9, 1e-3); }
+  // Where forces at rest make most of what is seen, few modes bring the rest.
+  int few_at_first() const { return std::max(3, static_cast<int>(std::ceil(0.5 * std::pow(t_.accuracy, -1.0 / 3.0)))); }
+  int refined_ = 0;                       // times that it was too few
+  bool short_of_margins_ = false;         // what the estimates say has to be several times smaller
+  double space_margin_ = elastic_margin;  // by how much, of space
+  double tolerance_ = 0.0;
+  double before_ = 0.0, before_at_ = 0.0;  // what a decade changed at a looser tolerance, 0: not known, and this
   JudgedRun run_;
   Histories fine_, looser_;
   bool has_looser_ = false;
-  bool tried_ = false;  // to follow vibrations
+  bool tried_ = false;               // to follow vibrations
+  Verdict by_time_ = Verdict::kept;  // of a run that called for more effects
+  double needed_ = 0.0;              // how many times as near it has to be in time
   MatX time_, space_;
   double allowed_ = longest;         // CPU s of the next run
   double until_ = 1e300;             // work_seconds() at which this ends
@@ -193,6 +204,14 @@ double Straight::energy_share() const {
   return out;
 }
 
+// What the next run may take: of elements of which a few modes would do, where events shift with tighter steps, no more than what would
+// have kept it from being made; a method that has to follow all that they vibrate takes a multiple of what the last decade tells.
+double Straight::next_allowed() const {
+  const double run = run_.results.statistics.work;
+  if (t_.search.touches && t_.search.elastic && t_.search.has_levels() && few_ == 0) return std::max(dear_step, dearer_step * run);
+  return 0.5 + 20.0 * run;
+}
+
 // Work of the run whose tolerance has fallen by step_, by what the last decade has cost more.
 double Straight::next_work() const {
   const auto here = static_cast<double>(run_.results.statistics.evaluations), before = static_cast<double>(looser_.statistics.evaluations);
@@ -216,33 +235,40 @@ Straight::Verdict Straight::judge_time(const Scene& scene) {
   // Motions of picometres that the two runs do not agree on.
   step_ = 0.1;
   if (!run_.scene.simulation.static_start && nothing_counts(fine_, looser_)) return Verdict::tighter;
-  const double change = largest(time_), falls = before_ > 0.0 ? before_ / std::max(change, 1e-300) : 0.0;
+  const double change = largest(time_), decades = before_ > 0.0 ? std::max(1.0, std::log10(before_at_ / tolerance_)) : 1.0;
+  const double falls = before_ > 0.0 ? std::pow(before_ / std::max(change, 1e-300), 1.0 / decades) : 0.0;
   const double factor = before_ <= 0.0 ? 1.0 : falls < 4.0 / 3.0 ? 3.0 : std::max(error_of_difference, 1.0 / (falls - 1.0));
   time_ *= factor;
-  before_ = change;
+  before_ = change, before_at_ = tolerance_;
   const double lost = energy_share();
-  const double needed = std::max(largest(time_) / (share_of_time * t_.accuracy), lost / t_.accuracy);
+  const double needed = needed_ = std::max(largest(time_) / (share_of_time * t_.accuracy), lost / t_.accuracy);
   if (needed <= 1.0) return Verdict::kept;
   step_ = std::clamp(std::pow(needed, -1.0 / cautious_order), 1e-2, 0.1);
   const bool vibrates = t_.search.smooth && t_.search.elastic && !follows_vibrations(t_.options->method);
   if (vibrates && t_.search.rings && needed > 30.0) return Verdict::follow;
   // With few modes that costs less than one more decade; where much lacks, less than the decades that it takes, damped or not.
   constexpr double far = 5.0;
-  if (vibrates && (few_ > 0 || lost > mostly_lost || needed > far)) return Verdict::rather_follow;
+  const bool short_steps = few_ > 0 ? t_.search.rings : lost > mostly_lost || needed > far;
+  if (vibrates && short_steps) return Verdict::rather_follow;
   // With few modes a search finds as much for less.
   if (t_.search.elastic && t_.search.has_levels() && next_work() > std::max(dear_step, dearer_step * run_.results.statistics.work))
     return Verdict::lost;
   return needed > 1000.0 ? Verdict::lost : Verdict::tighter;
 }
 
-// Ranges of the outputs; what stands still counts against its size, places against the largest deflection of a body.
+// Ranges of the outputs; what stands still counts against its size if that is more than rounding (moments of a hinge about its own axis:
+// two runs were never alike in these), places against the largest deflection of a body.
 VecX Straight::sizes_of(const Histories& h) const {
   double deflection = 0.0;
   for (const ResultBody& body : run_.results.bodies)
     if (body.displacement.size() > 0) deflection = std::max(deflection, body.displacement.cwiseAbs().maxCoeff());
   VecX out = output_ranges(h, fine_);
-  for (Eigen::Index c = 0; c < out.size(); ++c)
-    if (out[c] <= 0.0) out[c] = h.units[c] == "m" ? deflection : h.values.row(c).cwiseAbs().maxCoeff();
+  const VecX rounding = rounding_of_outputs(h);
+  for (Eigen::Index c = 0; c < out.size(); ++c) {
+    if (out[c] > 0.0) continue;
+    const double size = h.values.row(c).cwiseAbs().maxCoeff();
+    out[c] = h.units[c] == "m" ? deflection : size > rounding[c] ? size : 0.0;
+  }
   // A component of a vector that stands still counts against the whole vector.
   for (Eigen::Index c = 0; c < out.size(); ++c) {
     const std::string vector = h.columns[c].substr(0, h.columns[c].rfind('.'));
@@ -622,8 +648,7 @@ void Straight::report_chosen(Finished& f) const {
 Straight::Verdict Straight::verdict_as_called(const Scene& scene) {
   if (few_ == 0) t_.search = Search(run_.scene, *t_.options);
   t_.search.until = until_;
-  const Verdict verdict = judge_time(as_run(scene));
-  has_looser_ = false, before_ = 0.0;
+  const Verdict verdict = by_time_ = judge_time(as_run(scene));
   if ((verdict != Verdict::follow && (tried_ || verdict != Verdict::rather_follow)) || !run_.second_order.empty()) return Verdict::tighter;
   std::erase_if(run_.left_out, [&](const LeftOutWorth& w) {
     return std::any_of(run_.effects.begin(), run_.effects.end(), [&](const EffectState& s) {
@@ -635,18 +660,23 @@ Straight::Verdict Straight::verdict_as_called(const Scene& scene) {
   return open ? Verdict::tighter : verdict;
 }
 
+// CPU s for another way where what rings little is damped.
+double Straight::allowed_to_try() const {
+  constexpr double least_try = 0.03, dearer_try = 3.0;
+  return least_try + dearer_try * run_.results.statistics.work;
+}
+
 // Follows them for a while; where that does not keep the accuracy all is as it was before.
 std::optional<Finished> Straight::try_following() {
   tried_ = true;
   // What is damped far may have decays so fast that the method takes a step for each: tighter steps of an implicit one are the other way.
-  constexpr double least_try = 0.1, dearer_try = 3.0;
   const double begun = work_seconds(), run = run_.results.statistics.work;
   const JudgedRun stepped = run_;
   const Search search = t_.search;
   if (judge_effects(true))
     if (std::optional<Finished> f = follow_vibrations(few_ > 0          ? shortest
                                                       : t_.search.rings ? std::max(0.3, run)
-                                                                        : least_try + dearer_try * run);
+                                                                        : allowed_to_try());
         f && f->error <= t_.accuracy)
       return f;
   run_ = stepped;
@@ -691,29 +721,67 @@ bool Straight::refine_few() {
   return true;
 }
 
+// Few modes in place of all coordinates, by an implicit method as before: what is damped lets it take long steps in them.
+std::optional<Finished> Straight::try_few(const Scene& as_given, const Search& search, double within) {
+  if (few_ > 0 || (t_.search.rings && t_.search.smooth) || !t_.search.has_levels()) return std::nullopt;
+  const double begun = work_seconds();
+  Task task = t_;
+  task.search = search;
+  Straight few(task);
+  few.few_ = few_at_first();
+  few.tried_ = true;  // to follow vibrations
+  few.until_ = std::min(until_, begun + within);
+  std::optional<Finished> f;
+  try {
+    f = few.go(as_given);
+  } catch (const SearchSpent&) {}
+  if (f) t_ = std::move(task);
+  until_ += work_seconds() - begun;
+  t_.search.until = until_;
+  return f;
+}
+
 std::optional<Finished> Straight::go(const Scene& as_given) {
-  tolerance_ = std::clamp(0.1 * t_.accuracy, 1e-9, 1e-3);
-  // Where forces at rest make most of what is seen, few modes bring the rest.
-  constexpr int fewest_modes = 3;
-  if (t_.search.dear_as_given()) few_ = std::max(fewest_modes, static_cast<int>(std::ceil(0.5 * std::pow(t_.accuracy, -1.0 / 3.0))));
-  if (few_ > 0)
+  const Search search = t_.search;
+  const auto tighten = [this](double last) {
+    // One decade finds its looser run already there.
+    const bool decade = has_looser_ && step_ > 0.05;
+    tolerance_ = std::max(1e-11, (decade ? 0.1 : step_) * last);
+    if (decade) looser_ = at_times(fine_, looser_.times);
+    else has_looser_ = false;
+  };
+  tolerance_ = first_tolerance();
+  if (t_.search.dear_as_given()) few_ = few_at_first();
+  if (few_ > 0 && !tried_)
     if (std::optional<Finished> f = follow_first()) return f;
   Scene scene = as_given;
   constexpr int most_tries = 6;
-  bool again = false, brought = false;
+  constexpr double far_off = 30.0;
+  bool brought = false;
   for (int k = 0; k < most_tries; ++k) {
     const double last = tolerance_;
-    bool ran = run_pilot(scene, std::exchange(again, true));
+    const Search uncalled = t_.search;
+    bool ran = run_pilot(scene, false);
     if (ran && run_.called) {
       const Verdict called = verdict_as_called(scene);
       if (called == Verdict::follow) return judge_effects(true) ? follow_vibrations(unlimited) : std::nullopt;
-      if (called == Verdict::rather_follow)
+      if (called == Verdict::rather_follow) {
         if (std::optional<Finished> f = try_following()) return f;
+        if (std::optional<Finished> f = try_few(as_given, search, allowed_to_try())) return f;
+      }
+      // A run so far from the motion calls for what its own errors look like.
+      if (by_time_ == Verdict::tighter && needed_ > far_off) {
+        t_.search = uncalled;
+        allowed_ = next_allowed();
+        tighten(last);
+        continue;
+      }
+      has_looser_ = false, before_ = 0.0;
       ran = run_pilot(run_.scene);
     }
     if (!ran) {
       // Too loose to hold the mechanism together, perhaps.
-      if (allowed_ < longest) return std::nullopt;
+      if (allowed_ < longest) return t_.search.smooth ? std::nullopt : try_few(as_given, search, few_allowance);
       tolerance_ *= 0.1;
       has_looser_ = false, before_ = 0.0;
       continue;
@@ -725,7 +793,7 @@ std::optional<Finished> Straight::go(const Scene& as_given) {
     t_.search.until = until_;
     if (few_ > 0 || run_.results.statistics.work > dear_run) left = for_search(false);
     const Verdict verdict = judge_time(as_run(scene));
-    allowed_ = 0.5 + 20.0 * run_.results.statistics.work;
+    allowed_ = next_allowed();
     if (verdict == Verdict::kept) {
       left = for_search(true);
       if (!judge_effects()) {
@@ -755,15 +823,14 @@ std::optional<Finished> Straight::go(const Scene& as_given) {
       if (!judge_effects(true)) return std::nullopt;
       return follow_vibrations(unlimited);
     }
+    if (verdict == Verdict::lost && !t_.search.smooth) return try_few(as_given, search, few_allowance);
     if (verdict == Verdict::lost) return std::nullopt;
     // Where that does not do, tighter steps may.
-    if (verdict == Verdict::rather_follow && !tried_)
+    if (verdict == Verdict::rather_follow && !tried_) {
       if (std::optional<Finished> f = try_following()) return f;
-    // One decade finds its looser run already there.
-    const bool decade = has_looser_ && step_ > 0.05;
-    tolerance_ = std::max(1e-11, (decade ? 0.1 : step_) * last);
-    if (decade) looser_ = at_times(fine_, looser_.times);
-    else has_looser_ = false, before_ = 0.0;
+      if (std::optional<Finished> f = try_few(as_given, search, allowed_to_try())) return f;
+    }
+    tighten(last);
   }
   return std::nullopt;
 }

@@ -56,11 +56,10 @@ Histories to_histories(const Results& results) {
   return out;
 }
 
-VecX output_ranges(const Histories& h) {
+VecX rounding_of_outputs(const Histories& h) {
   const Eigen::Index n = h.values.rows();
   VecX out = VecX::Zero(n);
   if (h.values.cols() == 0) return out;
-  const VecX ranges = vector_ranges(h);
   // What counts as moving is seen against the largest output of the same unit.
   std::map<std::string, double> largest;
   for (Eigen::Index k = 0; k < n; ++k) {
@@ -82,11 +81,20 @@ VecX output_ranges(const Histories& h) {
                                                   {"N m", 1e-12 * force * reach}};
   for (Eigen::Index k = 0; k < n; ++k) {
     const std::string& unit = h.units[k];
-    const double range = ranges[k];
-    if (unit == "J") out[k] = std::max(range, h.energy_scale);
-    else if (const auto floor = rounding.find(unit);
-             range > std::max((kinematic(unit) ? 1e-11 : 1e-6) * largest[unit], floor == rounding.end() ? 0.0 : floor->second))
-      out[k] = range;
+    const auto floor = rounding.find(unit);
+    out[k] = std::max((kinematic(unit) ? 1e-11 : 1e-6) * largest[unit], floor == rounding.end() ? 0.0 : floor->second);
+  }
+  return out;
+}
+
+VecX output_ranges(const Histories& h) {
+  const Eigen::Index n = h.values.rows();
+  VecX out = VecX::Zero(n);
+  if (h.values.cols() == 0) return out;
+  const VecX ranges = vector_ranges(h), rounding = rounding_of_outputs(h);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    if (h.units[k] == "J") out[k] = std::max(ranges[k], h.energy_scale);
+    else if (ranges[k] > rounding[k]) out[k] = ranges[k];
     if (h.sizes.size() > 0 && h.sizes[k] > 0.0) out[k] = h.sizes[k];
   }
   return out;

@@ -31,10 +31,12 @@ struct Histories {
 // The outputs of results, with the scales that their errors are measured against.
 Histories to_histories(const Results& results);
 
-// Range of the output that each column belongs to, one number a column. 0 where the output does not move: lengths, angles and rates by less
-// than 1e-11 of the largest of their unit (what closing loops leaves), forces and accelerations by 1e-6 (what the equations of motion leave
-// of them where they are zero), and all by less than rounding (1e-12) of what they come from; energies are measured against the energy
-// scale at least, as a conserved one does not move. A size that is given counts instead.
+// What each column may be by nothing but rounding: of lengths, angles and rates 1e-11 of the largest of their unit (what closing loops
+// leaves), of forces and accelerations 1e-6 (what the equations of motion leave of them where they are zero), and of all the rounding
+// (1e-12) of what they come from.
+VecX rounding_of_outputs(const Histories& histories);
+// Range of the output that each column belongs to, one number a column. 0 where the output does not move by more than rounding; energies
+// are measured against the energy scale at least, as a conserved one does not move. A size that is given counts instead.
 VecX output_ranges(const Histories& histories);
 // The same of `run`, and of outputs that move by less than that, but down to 6e-13 of the largest length, in the same way (to three tenths)
 // in `other`, a run of the same scene with the same columns: rounding does not come twice, a motion of a picometre does. The times of one
