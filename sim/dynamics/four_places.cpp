@@ -34,6 +34,7 @@ struct FourClosing {
   };
   int listed = 0;  // PartitionPlan::made of all this
   bool closes = false;
+  int side = 0;                                      // Partition::side
   size_t first = 0;                                  // PartitionPlan::first
   std::vector<Dependent> dependent;                  // in the partition's order
   std::vector<Row> rows, left_out;                   // of the partition, and the others
@@ -144,14 +145,16 @@ FLEXFRAME_INLINE FourTwist twist_of(const Model& model, const FourClosing::Depen
   return to_parent(compose(p.in_base, work.frames[model.parts[of.part].joint.outboard].pose), S);
 }
 
-// Of so many rows and columns.
-FLEXFRAME_INLINE void invert_four(FourNumbers* A, size_t n) {
+// Of so many rows and columns. determinant: something of its sign.
+FLEXFRAME_INLINE void invert_four(FourNumbers* A, size_t n, Four& determinant) {
   if (n == 1) {
+    determinant = A[0].v;
     A[0].v = 1.0 / A[0].v;
     return;
   }
   if (n == 2) {
-    const Four one = 1.0 / (A[0].v * A[3].v - A[1].v * A[2].v), first = A[0].v;
+    determinant = A[0].v * A[3].v - A[1].v * A[2].v;
+    const Four one = 1.0 / determinant, first = A[0].v;
     A[0].v = A[3].v * one;
     A[1].v = -A[1].v * one;
     A[2].v = -A[2].v * one;
@@ -162,13 +165,16 @@ FLEXFRAME_INLINE void invert_four(FourNumbers* A, size_t n) {
   lane.resize(static_cast<Eigen::Index>(n), static_cast<Eigen::Index>(n));
   for (int l = 0; l < 4; ++l) {
     for (size_t k = 0; k < n * n; ++k) lane.data()[k] = A[k].v[l];
-    if (!invert(lane)) lane.setConstant(std::numeric_limits<double>::infinity());
+    const int side = invert(lane);
+    if (side == 0) lane.setConstant(std::numeric_limits<double>::infinity());
+    determinant[l] = side;
     for (size_t k = 0; k < n * n; ++k) A[k].v[l] = lane.data()[k];
   }
 }
 
-// closure.cpp: the partition's rows of G, their dependent columns.
-FLEXFRAME_INLINE void factorise(const Model& model, const FourWork& work, FourClosing& c) {
+// closure.cpp: the partition's rows of G, their dependent columns. False where one of the four lies in another assembly than the
+// partition's (closure.h: crossed): that is looked into one by one.
+FLEXFRAME_INLINE bool factorise(const Model& model, const FourWork& work, FourClosing& c) {
   const size_t n = c.dependent.size();
   for (size_t k = 0; k < n; ++k) c.twists[k] = twist_of(model, c.dependent[k], work);
   for (size_t r = 0; r < n; ++r) {
@@ -180,7 +186,9 @@ FLEXFRAME_INLINE void factorise(const Model& model, const FourWork& work, FourCl
       c.inverse[k * n + r].v = row.senses[k] * (V.v.x * F.v.x + V.v.y * F.v.y + V.w * F.w);
     }
   }
-  invert_four(c.inverse.data(), n);
+  Four determinant{};
+  invert_four(c.inverse.data(), n, determinant);
+  return c.side == 0 || all((Mask)(determinant * static_cast<double>(c.side) >= 0.0));
 }
 
 // The residuals of some rows; the largest in metres into `most`.
@@ -207,7 +215,7 @@ FLEXFRAME_INLINE bool close_loops(const Model& model, int cluster, FourWork& wor
   for (int step = 0; step < most_steps; ++step) {
     Four moved{}, sum{};
     take_residuals(c.rows, c, size, c.residual.data(), moved);
-    if (!fresh) factorise(model, work, c);
+    if (!fresh && !factorise(model, work, c)) return false;
     fresh = true;
     for (size_t k = 0; k < n; ++k) {
       Four by{};
@@ -285,8 +293,10 @@ bool list_closing(const Model& model, int cluster, ClusterWork& cw, const FourWo
   if (!cw.locked.empty() || !c.couplings.empty()) return false;
   const PartitionPlan& plan = plan_of(model, cluster, cw);
   if (plan.deforms) return false;
+  out.side = cw.partition.side;
   if (out.listed == plan.made) return true;
   out = {};
+  out.side = cw.partition.side;
   out.listed = plan.made;
   out.first = plan.first;
   for (const int rate : cw.partition.dep)

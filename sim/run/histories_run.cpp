@@ -93,15 +93,12 @@ Histories histories_of(const System* start, const Scene& scene, const SimulateOp
       RunWatch watch{options.progress, steps_allowed(scene, options), options.tell};
       if (recorder.takes_four())
         watch.samples = [&](System& at, const double* when, int count, const MatX& states) {
-          const bool together = recorder.place_four(at, when, states);
+          if (!recorder.place_four(at, when, states)) return false;
           for (int k = 0; k < count; ++k) {
-            if (!together) {
-              one(at, when[k], states.row(k).transpose());
-              continue;
-            }
             recorder.record_lane(at, when[k], k);
             if (beside) beside->look(at, when[k]);
           }
+          return true;
         };
       const SolverStatistics statistics = integrate(system, options.method.value_or(s.simulation.method), span, watch, one, indefinite);
       wanted = system.weights.narrowed(system);

@@ -449,21 +449,23 @@ void MotionRun::hand_out_samples(double now) {
   // A sample that is later by rounding alone belongs to the piece that ends here: what jumps at its time is told as it was before.
   const double until = now * (1.0 + same_time);
   const auto passed = [&](size_t k) { return k < times.size() && times[k] <= until; };
-  while (told_to.samples && passed(next + 1)) {
-    std::array<double, 4> some{};
-    int count = 0;
-    for (; count < 4 && passed(next); ++next) some[static_cast<size_t>(count++)] = std::min(times[next], now);
-    std::fill(some.begin() + count, some.end(), some[static_cast<size_t>(count - 1)]);
-    integrator->interpolate_four(some.data(), four_at);
-    told_to.samples(system, some.data(), count, four_at);
-    count_work(count * evaluations_a_sample * system.price);
-  }
-  for (; passed(next); ++next) {
-    const double t = std::min(times[next], now);
+  const auto one_by_one = [&](double t) {
     integrator->interpolate(t, at);
     sample(system, t, at);
     if (any_crossed(system)) keep_assembly({integrator->previous_time(), begin_y.data()}, {t, at.data()});
-    count_work(evaluations_a_sample * system.price);
+  };
+  while (passed(next)) {
+    std::array<double, 4> some{};
+    int count = 0;
+    const int most = told_to.samples ? 4 : 1;
+    for (; count < most && passed(next); ++next) some[static_cast<size_t>(count++)] = std::min(times[next], now);
+    count_work(count * evaluations_a_sample * system.price);
+    if (count > 1) {
+      std::fill(some.begin() + count, some.end(), some[static_cast<size_t>(count - 1)]);
+      integrator->interpolate_four(some.data(), four_at);
+      if (told_to.samples(system, some.data(), count, four_at)) continue;
+    }
+    for (int k = 0; k < count; ++k) one_by_one(some[static_cast<size_t>(k)]);
   }
   at_work.valid = false;
 }

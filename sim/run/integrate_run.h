@@ -16,8 +16,8 @@ struct RunWatch {
   double most_steps = 1e300;                           // a run that would take more ends with a sentence that says why
   std::function<void(const std::string& words)> tell;  // a sentence, where the run will take long: what it spends its steps on
   // Samples that one step passes, two to four of them at once: their times, their number, and their coordinates, which the first so many
-  // rows of 4 x size begin with (the others repeat the last). Empty: they are taken one by one, with their rates.
-  std::function<void(System&, const double* times, int count, const MatX& states)> samples{};
+  // rows of 4 x size begin with (the others repeat the last). Empty, or false: they are taken one by one, with their rates.
+  std::function<bool(System&, const double* times, int count, const MatX& states)> samples{};
 };
 
 // What is integrated: from the assembled start, or on from where an earlier call left the same system, to `to`.
