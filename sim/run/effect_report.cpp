@@ -71,10 +71,10 @@ VecX sizes_of_still_forces(const Histories& h, const VecX& ranges) {
 
 }  // namespace
 
-VecX common_ranges(const Histories& a, const Histories& b, double deflection) {
+VecX common_ranges(const Histories& a, const Histories& b, double deflection, double turn) {
   VecX out = output_ranges(a, b).cwiseMax(output_ranges(b, a));
   for (Eigen::Index c = 0; c < out.size(); ++c)
-    if (out[c] == 0.0 && a.units[c] == "m") out[c] = deflection;
+    if (out[c] == 0.0 && (a.units[c] == "m" || a.units[c] == "rad")) out[c] = a.units[c] == "m" ? deflection : turn;
   return out.cwiseMax(sizes_of_still_forces(a, out)).cwiseMax(sizes_of_still_forces(b, out));
 }
 
@@ -136,6 +136,36 @@ std::vector<EffectState> effect_states(const Scene& scene, const Model& model) {
   return out;
 }
 
+namespace {
+
+// The largest deflection of a body along a run, m, and the largest turn of a section, rad, as they are shown.
+struct Deformed {
+  double deflection = 0.0, turn = 0.0;
+};
+Deformed deformed_by(const Scene& scene, SimulateOptions options) {
+  options.estimate_error = options.check_effects = false;
+  Deformed out;
+  for (const ResultBody& body : run_scene(scene, options).bodies) {
+    if (body.displacement.size() > 0) out.deflection = std::max(out.deflection, body.displacement.cwiseAbs().maxCoeff());
+    if (body.rotation.size() > 0) out.turn = std::max(out.turn, body.rotation.cwiseAbs().maxCoeff());
+  }
+  return out;
+}
+
+// common_ranges of two runs, of the scene and of another one. here: what the scene deforms by, found where it is asked for first.
+VecX ranges_of_pair(const Histories& changed, const Histories& base, const Scene& other, const Scene& scene, const SimulateOptions& options,
+                    std::optional<Deformed>& here) {
+  const VecX moving = common_ranges(changed, base, 0.0);
+  bool still = false;
+  for (Eigen::Index c = 0; c < moving.size(); ++c) still = still || (moving[c] == 0.0 && (base.units[c] == "m" || base.units[c] == "rad"));
+  if (!still) return moving;
+  if (!here) here = deformed_by(scene, options);
+  const Deformed there = &other == &scene ? *here : deformed_by(other, options);
+  return common_ranges(changed, base, std::max(here->deflection, there.deflection), std::max(here->turn, there.turn));
+}
+
+}  // namespace
+
 EffectReport report_effects(const Scene& as_given, const EffectOptions& options) {
   const Scene scene = with_called_effects(as_given, {}, unasked_accuracy);
   const System system = make_system(scene);
@@ -161,7 +191,9 @@ EffectReport report_effects(const Scene& as_given, const EffectOptions& options)
   advance();
   SimulateOptions tight = pair;
   tight.tolerance = 0.1 * *pair.tolerance;
-  out.floor = compare_histories(base, simulate_histories(scene, tight), output_ranges(base)).largest;
+  const Histories tighter = simulate_histories(scene, tight);
+  std::optional<Deformed> here;
+  out.floor = compare_histories(base, tighter, ranges_of_pair(tighter, base, scene, scene, pair, here)).largest;
   advance();
 
   for (const EffectState& s : states) {
@@ -177,11 +209,13 @@ EffectReport report_effects(const Scene& as_given, const EffectOptions& options)
     try {
       const Histories changed = simulate_histories(other, pair);
       if (changed.columns == base.columns) {
-        const Difference d = compare_histories(changed, base, common_ranges(changed, base, 0.0));
-        row.measured = true;
+        const VecX ranges = ranges_of_pair(changed, base, other, scene, pair, here);
+        const Difference d = compare_histories(changed, base, ranges);
+        row.measured = !ranges.isZero(0.0);
         row.share = d.largest;
         row.column = d.column >= 0 ? base.columns[d.column] : "";
         row.shares = d.columns;
+        if (!row.measured) row.note = "no output moves, and no body deforms: there is nothing to measure it against";
       } else {
         row.note = "it changes the number of output columns";
       }

@@ -93,9 +93,9 @@ struct NeglectOptions {
   std::vector<LeftOutWorth>* told = nullptr;
 };
 
-// output_ranges of both (histories.h), the larger; places that stand still (m) count against the largest deflection of a body, m, forces,
-// moments and stresses that do against their size.
-VecX common_ranges(const Histories& a, const Histories& b, double deflection);
+// output_ranges of both (histories.h), the larger; places that stand still (m) count against the largest deflection of a body, m, angles
+// against the largest turn of a section, rad; forces, moments and stresses that do against their size.
+VecX common_ranges(const Histories& a, const Histories& b, double deflection, double turn = 0.0);
 
 // What check_neglected would measure: effects that are off and could occur, each with all of its owners.
 std::vector<Untried> neglected(const std::vector<EffectState>& states, const NeglectOptions& options);
