@@ -34,6 +34,7 @@ struct OutputPlan {
   Expression combination;    // of other columns, below, in the order of its variables
   std::vector<int> reads;
   std::optional<ShownFrom> shown;  // displacements that say themselves from where they are measured
+  Vec3 rest = Vec3::Zero();        // displacements: their frame's place in the undeformed body
   // stress: what it is made of
   Section section;
   Material material;

@@ -449,6 +449,11 @@ OutputPlans plan_outputs(Model& model, const Scene& scene, bool all_shown, const
   if (!read.empty()) leave_unread(read, plans);
   share_joint_frames(model, plans);
   share_frames(model, plans.outputs);
+  for (OutputPlan& plan : plans.outputs) {
+    const int part = plan.frame >= 0 ? model.frames[plan.frame].part : ground;
+    if (plan.def.quantity == Quantity::displacement && part != ground)
+      plan.rest = compose(model.parts[part].rest_in_body, rest_pose(model, plan.frame)).p;
+  }
   plans.moving = !std::all_of(plans.outputs.begin(), plans.outputs.end(), only_places);
   plans.frames = frames_read(model, plans);
   if (!plans.moving) plans.places = places_read(model, plans);

@@ -294,14 +294,13 @@ ModalState ExponentialSolver::Amounts::state(const VecX& at, double s) const {
   return {tau + s, at.head(n), at.segment(rows, n), load.head(n), load.segment(rows, n), rate.head(n), rate.segment(rows, n)};
 }
 
-ExponentialSolver::Amounts ExponentialSolver::amounts_of(const LinearModel& m, const VecX& y, double t, const Parabola& remainder) const {
+void ExponentialSolver::find_amounts(const LinearModel& m, const VecX& y, double t, const Parabola& remainder, Amounts& a) const {
   const auto& [d, span] = remainder;
   const Eigen::Index n = nw_, rows = (n + 7) / 8 * 8;
-  Amounts a;
   a.tau = t - m.time;
   a.span = span;
   a.rows = rows;
-  a.z = VecX::Zero(2 * rows);
+  a.z.setZero(2 * rows);
   m.write_amounts(y.data() + nq_, a.z.data());
   static thread_local VecX q, p, state, by_B, weight;  // room
   static thread_local MatX w;
@@ -312,7 +311,7 @@ ExponentialSolver::Amounts ExponentialSolver::amounts_of(const LinearModel& m, c
   state = m.state.segment(nq_, n);
   times_into(m.B, state, by_B);
   w.col(0) += m.rates.segment(nq_, n) - by_B;
-  a.loads = MatX::Zero(2 * rows, 3);
+  a.loads.setZero(2 * rows, 3);
   for (int k = 0; k < 3; ++k) {
     double* const loads = a.loads.col(k).data();
     m.write_amounts(w.col(k).data(), loads);
@@ -325,18 +324,17 @@ ExponentialSolver::Amounts ExponentialSolver::amounts_of(const LinearModel& m, c
   if (m.plain) a.weights.w = weight.segment(nq_, n);
   else a.weights.w = (weight.segment(nq_, n).asDiagonal() * m.modes.shapes).colwise().norm();
   a.weights.p = (weight.head(nq_).asDiagonal() * m.moves).colwise().norm();
-  return a;
 }
 
 // Free parts [p; w] of the modes faster than `limit`, which are marked in fast.
-VecX ExponentialSolver::split(const Modes& modes, const Amounts& amounts, double limit, VecX& fast) const {
+void ExponentialSolver::split(const Modes& modes, const Amounts& amounts, double limit, VecX& fast, VecX& free) const {
   const Eigen::Index n = nw_;
   fast = (modes.frequencies.array() > limit).cast<double>();
+  static thread_local VecX u, v;
   const ModalState begin = amounts.state(amounts.z, 0.0);
-  VecX u, v, free(2 * n);
   held_at(modes, fast, begin, u, v);
+  free.resize(2 * n);
   free << fast.cwiseProduct(begin.p) - u, fast.cwiseProduct(begin.w) - v;
-  return free;
 }
 
 // How far what should rest is off its place after s seconds, weighted: what rests at the beginning does so later too, or another frequency
@@ -361,7 +359,9 @@ bool ExponentialSolver::solve(const LinearModel& m, const VecX& y, double t, con
   out.used = 0;
   out.free = {};
   if (n == 0) return true;
-  const Amounts amounts = amounts_of(m, y, t, remainder);
+  static thread_local Amounts amounts, rest;
+  static thread_local VecX fast, share, free;
+  find_amounts(m, y, t, remainder, amounts);
   out.begin = amounts.z;
   Splitting& last = *reach.splitting;
   const double least = least_share * radians_of_series(problem_.tolerance),
@@ -371,10 +371,9 @@ bool ExponentialSolver::solve(const LinearModel& m, const VecX& y, double t, con
   last.radians = std::max(least, last.radians);
   while (last.radians < worth_apart * all) {
     const double radians = last.radians;
-    Amounts rest = amounts;
-    VecX fast;
+    rest = amounts;
     const double limit = radians / reach.length;
-    const VecX free = split(m.modes, amounts, limit, fast);
+    split(m.modes, amounts, limit, fast, free);
     // A frequency that changes that much within the step has no place to rest at.
     const double away = std::max(std::abs(amounts.tau), std::abs(amounts.tau + reach.length));
     if (!((away * fast.array() * m.modes.A1.diagonal().array().abs() <= changing * m.modes.frequencies.array().square()).all())) break;
@@ -389,7 +388,7 @@ bool ExponentialSolver::solve(const LinearModel& m, const VecX& y, double t, con
     }
     rest.z.head(n) -= free.tail(n);
     rest.z.segment(rest.rows, n) -= free.head(n);
-    VecX share = VecX::Ones(n);
+    share.setOnes(n);
     for (Eigen::Index k = 0; k < n; ++k)
       if (fast[k] > 0.0) share[k] = std::pow(limit / m.modes.frequencies[k], 2);
     if (!march(m.modes, rest, share, reach, out)) break;
@@ -403,7 +402,8 @@ bool ExponentialSolver::solve(const LinearModel& m, const VecX& y, double t, con
   out.free = {};
   last.radians = std::min(last.radians, 0.5 * all);
   last.spans = std::max(1, std::min(last.spans / 2, most_spans / 4));
-  return march(m.modes, amounts, VecX::Ones(n), reach, out);
+  share.setOnes(n);
+  return march(m.modes, amounts, share, reach, out);
 }
 
 // The series of a solution, with the rows of w of every mode times its share.
@@ -536,11 +536,14 @@ bool ExponentialSolver::correct_end(const VecX& change, double h, const VecX& we
   add_correction(m, correction_by(m, change), h, 1.0, end);
   if (!end.allFinite()) return false;
   const VecX w = end.segment(nq_, nw_) - predicted_.segment(nq_, nw_), p = m.directions(end.head(nq_) - predicted_.head(nq_));
-  VecX left_out(problem_.size);
-  left_out.setZero();
-  left_out.segment(nq_, nw_) =
-      mean_share * h *
-      (times(m.B, w) + times(m.A, p) + times(m.modes.shapes, m.modes.frequencies.cwiseAbs2().cwiseProduct(times(m.modes.gauges, p))));
+  static thread_local VecX left_out, by_B, by_A, amounts, by_shapes;
+  times_into(m.B, w, by_B);
+  times_into(m.A, p, by_A);
+  times_into(m.modes.gauges, p, amounts);
+  amounts = m.modes.frequencies.cwiseAbs2().cwiseProduct(amounts);
+  times_into(m.modes.shapes, amounts, by_shapes);
+  left_out.setZero(problem_.size);
+  left_out.segment(nq_, nw_) = mean_share * h * (by_B + by_A + by_shapes);
   left_out.head(nq_) = mean_share * h * m.coordinates(left_out.segment(nq_, nw_));
   return left_out.cwiseProduct(weight).squaredNorm() <= most_left_out * most_left_out * static_cast<double>(problem_.size);
 }

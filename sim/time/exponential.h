@@ -122,9 +122,9 @@ class ExponentialSolver {
   VecX driven_rates(const LinearModel& model) const;
   VecX remainder(const LinearModel& model, double t, const VecX& y, const VecX& rates) const;
   void set_modes(LinearModel& model, double h);
-  Amounts amounts_of(const LinearModel& model, const VecX& y, double t, const Parabola& remainder) const;
+  void find_amounts(const LinearModel& model, const VecX& y, double t, const Parabola& remainder, Amounts& out) const;
   bool solve(const LinearModel& model, const VecX& y, double t, const Parabola& remainder, const Reach& reach, Solution& out) const;
-  VecX split(const Modes& modes, const Amounts& amounts, double limit, VecX& fast) const;
+  void split(const Modes& modes, const Amounts& amounts, double limit, VecX& fast, VecX& free) const;
   double unrest(const Modes& modes, const Amounts& rest, const VecX& share, const Solution& solution, double s) const;
   bool march(const Modes& modes, const Amounts& amounts, const VecX& share, const Reach& reach, Solution& out) const;
   void evaluate_solution(const LinearModel& model, const VecX& y, const Parabola& remainder, const Solution& solution, double s,

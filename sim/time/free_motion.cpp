@@ -163,10 +163,10 @@ void blend(const double* constant, const double* slope, double by, double* out, 
 struct Coupling {
   MatX K;                                           // as last written
   MatX w_of_p, p_of_w, w_of_p_slope, p_of_w_slope;  // rows x n
-  const Backlash& back;
-  VecX back_p, back_w;  // integrals of -S S and c c, of what begins with anything
-  Coupling(const Exchange& exchange, const Backlash& back, const VecX& f, double span, const VecX& z);
-  void write(double tau) {
+  VecX back_p, back_w;                              // integrals of -S S and c c, of what begins with anything
+  VecX sin, cos, a;                                 // room
+  void begin(const Exchange& exchange, const VecX& f, double span, const VecX& z);
+  void write(const Backlash& back, double tau) {
     const Eigen::Index rows = back_p.size(), n = w_of_p.cols();
     for (Eigen::Index k = 0; k < n; ++k) {
       blend(w_of_p.col(k).data(), w_of_p_slope.col(k).data(), tau, K.col(k).data() + rows, rows);
@@ -179,17 +179,15 @@ struct Coupling {
   }
 };
 
-Coupling::Coupling(const Exchange& x, const Backlash& of, const VecX& f, double span, const VecX& z)
-    : K(2 * f.size(), 2 * f.size()),
-      w_of_p(f.size(), x.A.cols()),
-      p_of_w(f.size(), x.A.cols()),
-      w_of_p_slope(f.size(), x.A.cols()),
-      p_of_w_slope(f.size(), x.A.cols()),
-      back(of),
-      back_p(VecX::Zero(f.size())),
-      back_w(back_p) {
+void Coupling::begin(const Exchange& x, const VecX& f, double span, const VecX& z) {
   const Eigen::Index rows = f.size(), n = x.A.cols();
-  VecX sin = 0.5 * span * f, cos(rows), a(rows);
+  K.resize(2 * rows, 2 * rows);
+  for (MatX* matrix : {&w_of_p, &p_of_w, &w_of_p_slope, &p_of_w_slope}) matrix->resize(rows, n);
+  back_p.setZero(rows);
+  back_w.setZero(rows);
+  sin = 0.5 * span * f;
+  cos.resize(rows);
+  a.resize(rows);
   sines_cosines(sin.data(), static_cast<int>(rows), sin.data(), cos.data());
   for (Eigen::Index j = 0; j < n; ++j) {
     copy_fours(x.A.col(j).data(), rows, a.data());
@@ -259,10 +257,13 @@ FreeMotion::FreeMotion(const Exchange& exchange, const Backlash& back, const Way
   const Eigen::Index rows = exchange.A.rows();
   span_ = way.length / spans;
   frequencies_ = exchange.frequencies.cwiseMax(hardly / span_);
-  VecX now = VecX::Zero(2 * rows), first(2 * rows), second(2 * rows), third(2 * rows);
+  static thread_local VecX now, first, second, third;
+  now.setZero(2 * rows);
+  for (VecX* term : {&first, &second, &third}) term->resize(2 * rows);
   now.head(n_) = way.z.head(n_);
   now.segment(rows, n_) = way.z.tail(n_);
-  Coupling coupling(exchange, back, frequencies_, span_, now);
+  static thread_local Coupling coupling;
+  coupling.begin(exchange, frequencies_, span_, now);
   before_.resize(2 * rows, spans);
   after_.resize(2 * rows, spans);
   Turn(frequencies_, 0.5 * span_).apply(now);
@@ -270,7 +271,7 @@ FreeMotion::FreeMotion(const Exchange& exchange, const Backlash& back, const Way
   for (int k = 0; k < spans; ++k) {
     if (k > 0) over.apply(now);
     before_.col(k) = now;
-    coupling.write(way.tau + (k + 0.5) * span_);
+    coupling.write(back, way.tau + (k + 0.5) * span_);
     multiply(coupling.K, now.data(), first.data());
     multiply(coupling.K, first.data(), second.data());
     now += first + 0.5 * second;
