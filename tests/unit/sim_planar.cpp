@@ -344,6 +344,41 @@ TEST(Planar, SpatialScenesAreLeftAlone) {
             nullptr);
 }
 
+// All columns for the exponential method: those of the rates are made where the places are, about rates that may be known.
+TEST(NewtonMatrix, AllColumnsAreDifferencesOfTheRates) {
+  // Few modes: with stiff ones the differences are of the rates' last digits.
+  const std::string in_plane = "effects = [\"bending_xy\", \"stiffening\"]\nkeep_modes = 2\nkeep_static = false";
+  System system = system_of(simulation("[1, -9.81, 0]") + beam("crank", 0.152, 3, in_plane) + beam("rod", 0.304, 4, in_plane) +
+                            block("slider") + joint("shaft", "revolute", "ground", "crank.root", "initial = { value = 0.5, rate = 3 }") +
+                            joint("pin", "revolute", "crank.tip", "rod.root") + joint("wrist", "revolute", "rod.tip", "slider") +
+                            joint("guide", "prismatic", "ground", "slider", "axis = [1, 0, 0]") + torque("crank.tip", "[0, 0, 1]"));
+  std::mt19937 random(5);
+  const VecX y = random_state(system, random);
+  VecX rates(y.size()), other(y.size());
+  state_rate(system, 0.2, y.data(), rates.data());
+  system.weights.begin(system, Method::exponential, y);
+  MatX A, B, A_again, B_again;
+  difference_rates(system, 0.2, y.data(), nullptr, A, B);
+  state_rate(system, 0.2, y.data(), rates.data());
+  const long before = system.evaluations;
+  difference_rates(system, 0.2, y.data(), rates.data(), A_again, B_again);
+  EXPECT_EQ(A, A_again);
+  EXPECT_EQ(B, B_again);
+  EXPECT_EQ(system.evaluations - before, 2 * A.rows());
+  const int nq = system.model.nq, nw = static_cast<int>(B.rows());
+  const double size = B.cwiseAbs().maxCoeff();
+  ASSERT_GT(size, 1.0);
+  for (int k = 0; k < nw; ++k) {
+    const double step = 1e-4 * std::max(1e-2, std::abs(y[nq + k]));
+    VecX at = y, plus(y.size()), minus(y.size());
+    at[nq + k] += step;
+    state_rate(system, 0.2, at.data(), plus.data());
+    at[nq + k] -= 2.0 * step;
+    state_rate(system, 0.2, at.data(), minus.data());
+    EXPECT_LE(((plus - minus).segment(nq, nw) / (2.0 * step) - B.col(k)).cwiseAbs().maxCoeff(), 1e-3 * size) << k;
+  }
+}
+
 // A and B against central differences of the rates along T, where everything is differenced and where the stiffness is known in
 // closed form (then only what stiffness gives is there: the elastic columns to a few percent).
 TEST(NewtonMatrix, IsTheDerivative) {

@@ -66,6 +66,26 @@ TEST(PowerSeries, SumsObeyTheirEquation) {
   }
 }
 
+// At four places at once the same operations in the same order.
+TEST(PowerSeries, FourPlacesAtOnceAreThoseOneByOne) {
+  for (const int n : {1, 8, 19}) {
+    Problem p(n, 6.0);
+    const int count = expand(p.series(), most, p.terms.data());
+    ASSERT_GT(count, 4) << n;
+    const Powers lower{p.terms.col(1).data() + p.rows, 2 * p.rows, p.rows, count};
+    const double x[4] = {0.0, 0.3, 0.31, 1.0};
+    MatX four(p.rows, 4);
+    evaluate_powers_four(lower, x, four.data());
+    for (int k = 0; k < 4; ++k) {
+      VecX whole(2 * p.rows), half(p.rows);
+      evaluate_powers({p.terms.col(1).data(), 2 * p.rows, 2 * p.rows, count}, x[k], whole.data());
+      evaluate_powers(lower, x[k], half.data());
+      EXPECT_EQ(half, whole.tail(p.rows)) << n;
+      EXPECT_EQ(four.col(k), half) << n;
+    }
+  }
+}
+
 TEST(PowerSeries, TellsWhatDoesNotConverge) {
   Problem fast(5, 500.0);
   EXPECT_EQ(expand(fast.series(), most, fast.terms.data()), 0);
