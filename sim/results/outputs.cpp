@@ -103,12 +103,14 @@ Vec3 displacement(const Model& model, const OutputPlans& plans, const OutputPlan
   if (f.part == ground) return Vec3::Zero();
   const Part& part = model.parts[f.part];
   const Pose shown = shown_pose(model, part.scene_body, plan.shown ? *plan.shown : plans.shown[part.scene_body], work, placed);
-  Pose now = work.frames[frame].pose;
+  const Pose& now = work.frames[frame].pose;
   // Without a chain everything stays in the part, so that small displacements keep their digits far from the origin.
   const int first = model.pieces[part.scene_body].front();
-  if (part.piece == 0) now = compose(inverse(shown), now);
-  else now = compose(inverse(compose(work.parts[first].world, shown)), compose(work.parts[f.part].world, now));
-  return now.p - plan.rest;
+  if (part.piece == 0) {
+    const Pose from = inverse(shown);
+    return Vec3(from.R * now.p + from.p) - plan.rest;
+  }
+  return compose(inverse(compose(work.parts[first].world, shown)), compose(work.parts[f.part].world, now)).p - plan.rest;
 }
 
 // A frame's motion as seen from another, in the axes of that one: its derivatives are taken there.

@@ -287,11 +287,21 @@ void ExponentialSolver::remove_oscillation(const LinearModel& m, const Parabola&
   y.segment(nq_, nw_) -= w;
 }
 
-ModalState ExponentialSolver::Amounts::state(const VecX& at, double s) const {
+// In room that the next one takes.
+const ModalState& ExponentialSolver::Amounts::state(const VecX& at, double s) const {
+  static thread_local ModalState out;
   const double x = s / span;
-  const VecX load = loads.col(0) + x * (loads.col(1) + x * loads.col(2)), rate = (loads.col(1) + 2.0 * x * loads.col(2)) / span;
   const Eigen::Index n = weights.w.size();
-  return {tau + s, at.head(n), at.segment(rows, n), load.head(n), load.segment(rows, n), rate.head(n), rate.segment(rows, n)};
+  const auto part = [&](Eigen::Index first, VecX& now, VecX& load, VecX& rate) {
+    const auto a = loads.col(0).segment(first, n), b = loads.col(1).segment(first, n), c = loads.col(2).segment(first, n);
+    now = at.segment(first, n);
+    load = a + x * (b + x * c);
+    rate = (b + 2.0 * x * c) / span;
+  };
+  out.tau = tau + s;
+  part(0, out.w, out.load_w, out.rate_w);
+  part(rows, out.p, out.load_p, out.rate_p);
+  return out;
 }
 
 void ExponentialSolver::find_amounts(const LinearModel& m, const VecX& y, double t, const Parabola& remainder, Amounts& a) const {
@@ -331,7 +341,7 @@ void ExponentialSolver::split(const Modes& modes, const Amounts& amounts, double
   const Eigen::Index n = nw_;
   fast = (modes.frequencies.array() > limit).cast<double>();
   static thread_local VecX u, v;
-  const ModalState begin = amounts.state(amounts.z, 0.0);
+  const ModalState& begin = amounts.state(amounts.z, 0.0);
   held_at(modes, fast, begin, u, v);
   free.resize(2 * n);
   free << fast.cwiseProduct(begin.p) - u, fast.cwiseProduct(begin.w) - v;
@@ -341,11 +351,13 @@ void ExponentialSolver::split(const Modes& modes, const Amounts& amounts, double
 // than its own counts.
 double ExponentialSolver::unrest(const Modes& modes, const Amounts& rest, const VecX& share, const Solution& solution, double s) const {
   const Piece& last = solution.pieces[solution.used - 1];
-  VecX z(2 * rest.rows), u, v;
+  static thread_local VecX z, u, v, wrong, fast;
+  z.resize(2 * rest.rows);
   evaluate_powers(powers_of(last), 1.0, z.data());
-  const ModalState end = rest.state(z, s);
+  const ModalState& end = rest.state(z, s);
   // With nearly its own frequency, nearly nothing.
-  const VecX wrong = VecX::Ones(nw_) - share, fast = (wrong.array() > 0.0).cast<double>();
+  wrong = VecX::Ones(nw_) - share;
+  fast = (wrong.array() > 0.0).cast<double>();
   held_at(modes, fast, end, u, v);
   return std::sqrt((wrong.cwiseProduct(end.p - u).cwiseProduct(rest.weights.p).squaredNorm() +
                     wrong.cwiseProduct(end.w - v).cwiseProduct(rest.weights.w).squaredNorm()) /

@@ -116,7 +116,7 @@ class ExponentialSolver {
     VecX z;
     MatX loads;
     ModalWeights weights;
-    ModalState state(const VecX& at, double s) const;
+    const ModalState& state(const VecX& at, double s) const;
   };
   bool linearise(double t, const VecX& y, const LinearModel* before, double h, LinearModel& model);
   VecX driven_rates(const LinearModel& model) const;

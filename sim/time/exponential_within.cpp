@@ -109,12 +109,17 @@ void ExponentialSolver::begin_within() const {
   w.powers.resize(problem_.size, 4);
   w.powers.col(0) = begin_;
   for (int k = 0; k < 3; ++k) {
-    VecX part = span_ / (k + 1.0) * d.col(k);
+    static thread_local VecX part, p, q;
+    part = span_ / (k + 1.0) * d.col(k);
+    if (nw_ > 0) {
+      m.directions_into(part.data(), p);
+      m.coordinates_into(p.data(), q);
+    }
     if (changed_.size() > 0 && k > 0) part += (k == 1 ? -0.5 : 2.0 / 3.0) * span_ * changed_;
     w.powers.col(k + 1) = part;
     // The directions' own part of that is among the amounts.
     w.powers.col(k + 1).segment(nq_, nw_).setZero();
-    if (nw_ > 0) w.powers.col(k + 1).head(nq_) -= m.coordinates(m.directions(VecX(span_ / (k + 1.0) * d.col(k).head(nq_))));
+    if (nw_ > 0) w.powers.col(k + 1).head(nq_) -= q;
   }
   w.piece = 0;
   if (nw_ == 0) return;
