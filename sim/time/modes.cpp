@@ -1,8 +1,8 @@
 #include "sim/time/modes.h"
 
 #include "sim/base/eigen_solvers.h"
+#include "sim/base/four.h"
 #include "sim/base/small_matrices.h"
-#include "sim/base/wide.h"
 
 #include <algorithm>
 #include <cmath>
@@ -52,13 +52,13 @@ void multiply_square(const double* A, const double* B, double* C, int size) {
 FLEXFRAME_WIDEST
 void multiply_few(const double* A, const double* B, double* C, int n) {
   typedef double V __attribute__((vector_size(64), aligned(8)));
-  double padded[7 * 8] = {};
-  for (int k = 0; k < n; ++k)
-    for (int i = 0; i < n; ++i) padded[8 * k + i] = A[k * n + i];
+  double padded[7 * 8] = {}, column[8];
+  for (int k = 0; k < n; ++k) copy_fours(A + k * n, n, padded + 8 * k);
   for (int j = 0; j < n; ++j) {
     V sum{};
     for (int k = 0; k < n; ++k) sum += *reinterpret_cast<const V*>(padded + 8 * k) * B[j * n + k];
-    for (int i = 0; i < n; ++i) C[j * n + i] = sum[i];
+    *reinterpret_cast<V*>(column) = sum;
+    copy_fours(column, n, C + j * n);
   }
 }
 
