@@ -67,10 +67,6 @@ struct Followed {
 
   bool only_time = false;  // the run before had the same modes, which are judged
   bool whole = false;      // out.judged is the run at the setting: nothing is run again at the end
-  // What judged space, where it is to be the next round's run.
-  std::optional<JudgedRun> finer_run;
-  std::optional<Search> finer_search;
-  Setting finer_setting;
 
   Followed(Task& task, double most) : t(task), limit(most) {}
   std::optional<Histories> run_here();
@@ -81,10 +77,6 @@ struct Followed {
   bool judge_stiff_apart(const MatX& by_all);
   bool several() const;
   double tail(double left) const;
-  bool judge_is_next() const;
-  SimulateOptions whole_run() const;
-  std::optional<Histories> run_finer(Search& finer, const Setting& next);
-  bool take_finer();
   void call_effects();
   void find_what_lacks();
   bool hopeless();
@@ -125,25 +117,20 @@ void Followed::call_effects() {
   search.cpu += work_seconds() - start;
 }
 
-SimulateOptions Followed::whole_run() const {
+// The run as a result, with what its motion says of effects; those that it asks for are on from then on.
+std::optional<Histories> Followed::run_whole() {
+  const double start = work_seconds();
   SimulateOptions o = *t.options;
   o.tolerance.reset();
   o.accuracy.reset();
   o.estimate_error = true;
   o.method = search.method;
-  o.progress = [this, start = work_seconds()](double at) {
+  o.progress = [this, start](double at) {
     const double now = work_seconds();
     if (now > search.until) throw SearchSpent{};
     if (now - start > limit) throw TooDear{};
     if (t.options->progress) t.options->progress(at);
   };
-  return o;
-}
-
-// The run as a result, with what its motion says of effects; those that it asks for are on from then on.
-std::optional<Histories> Followed::run_whole() {
-  const double start = work_seconds();
-  const SimulateOptions o = whole_run();
   whole = false;
   std::optional<Histories> run;
   constexpr int most_calls = 3;
@@ -216,46 +203,6 @@ bool Followed::settle_time(double timely) {
   return true;
 }
 
-// Forces and accelerations converge slowly with modes, so that the run which judges is likely to be the next round's: it is made whole
-// where there is one body only, all of whose modes would be refined then.
-bool Followed::judge_is_next() const {
-  const bool one = std::all_of(list.begin(), list.end(), [&](const Refinement& r) { return r.body == list.front().body; });
-  return whole && one && std::any_of(here->units.begin(), here->units.end(), converges_slowly);
-}
-
-std::optional<Histories> Followed::run_finer(Search& finer, const Setting& next) {
-  finer_run.reset();
-  if (!judge_is_next()) return finer.run_within(finer.at(next), unlimited);
-  const double start = work_seconds();
-  std::optional<Histories> run;
-  try {
-    JudgedRun judged = run_judged(finer.at(next), whole_run(), t.accuracy, false);
-    run = at_times(to_histories(judged.results), here->times);
-    if (!finer.adopt(judged.effects)) finer_run = std::move(judged), finer_search = finer, finer_setting = next;
-  } catch (const TooDear&) {
-  } catch (const SimulationError&) {}
-  finer.cpu += work_seconds() - start;
-  return run;
-}
-
-// The run that judged space is the next one, where space is what lacks; false where there is none.
-bool Followed::take_finer() {
-  if (!finer_run || largest(space) <= 0.5 * largest(time) || total(0.3 * time) <= t.accuracy) return false;
-  t.coarse = *here;
-  for (Refinement& r : list) r.before = r.left = largest(space), r.grown = r.growth;
-  const double spent = search.cpu;
-  search = *finer_search;
-  search.cpu = spent;
-  setting = finer_setting;
-  out.judged = std::move(finer_run);
-  finer_run.reset();
-  here = to_histories(out.judged->results);
-  here->scales = out.judged->scales;
-  here->statistics = out.judged->results.statistics;
-  only_time = false;
-  return true;
-}
-
 bool Followed::several() const {
   return std::any_of(list.begin(), list.end(), [&](const Refinement& r) { return r.body != list.front().body; });
 }
@@ -274,7 +221,7 @@ double Followed::tail(double left) const {
 // The same by a run as loose as the one that judged time. What both may be off in time, which has nothing to do with what modes lack, comes
 // on top as squares do. None where that leaves open whether the accuracy is kept.
 std::optional<bool> Followed::judge_loosely(Search& finer, const Setting& next) {
-  if (search.touches || judge_is_next()) return std::nullopt;
+  if (search.touches) return std::nullopt;
   if (tail_stiff * largest(time) > loosely_judged * share * t.accuracy) return std::nullopt;
   const std::optional<Histories> judge = finer.run_within(finer.at({next.level, out.loose_tolerance}), unlimited);
   if (!judge) return std::nullopt;
@@ -284,7 +231,6 @@ std::optional<bool> Followed::judge_loosely(Search& finer, const Setting& next) 
   const bool lacks = total(0.3 * time) > t.accuracy;
   space = beyond * (left.cwiseAbs2() + of_time.cwiseAbs2()).cwiseSqrt();
   if (!lacks && total(time) > clearly * t.accuracy) return std::nullopt;
-  finer_run.reset();
   brought = largest(left);
   return !lacks;
 }
@@ -301,7 +247,7 @@ bool Followed::judge_all_at_once() {
     search.cpu = finer.cpu;
     return *kept;
   }
-  const std::optional<Histories> judge = run_finer(finer, next);
+  const std::optional<Histories> judge = finer.run_within(finer.at(next), unlimited);
   search.cpu = finer.cpu;
   if (!judge) {
     space = MatX::Constant(time.rows(), time.cols(), 2.0 * t.accuracy);
@@ -470,7 +416,6 @@ bool Followed::add_static() {
 
 // Tighter or with more modes, whichever lacks; false where neither is possible, and what there is has to do.
 bool Followed::refine() {
-  finer_run.reset();
   const Search before = search;
   const Setting at_before = setting;
   if ((t.straight ? largest(space) : worst) <= 0.5 * largest(time) || total(0.3 * time) <= t.accuracy) {
@@ -542,7 +487,7 @@ std::optional<Finished> finish_followed(Task& t, double limit) {
           f.total(f.time);
           break;
         }
-        if (!f.finer_run) f.find_what_lacks();
+        f.find_what_lacks();
       }
       lacking = largest(f.space);
       if (f.total(f.time) <= t.accuracy) {
@@ -552,7 +497,7 @@ std::optional<Finished> finish_followed(Task& t, double limit) {
       if (t.straight && f.too_dear_in_time()) break;
       last = f.out;
       last.setting = f.setting;
-      if (round == most_rounds || !(f.take_finer() || f.refine())) break;
+      if (round == most_rounds || !f.refine()) break;
     }
   } catch (const SearchSpent&) {
     // The last one that was judged, made in full: a run of known price.
