@@ -23,7 +23,9 @@ constexpr double shifted = 2.25;
 constexpr double tail_undamped = 1.28, tail_stiff = 2.0, faster_than_stiff = 2.3;
 // What two loose runs may be apart in time, of what is asked, for them to tell of space at a quarter of the price.
 // Nearer to what is asked than `clearly` they would tell too much (bending slider-crank at 1e-2: 8.1e-3 where 1.4e-3 is true).
-constexpr double loosely_judged = 0.3, clearly = 0.7;
+// Below `surely` they may tell what is only time, and the tight run decides (disc on a shaft at 1e-3: 1.1e-3 where 4e-5 is true, and a
+// search of 16 CPU s).
+constexpr double loosely_judged = 0.3, clearly = 0.7, surely = 2.0;
 // What a run looser than `clear` may err by in time, of what is asked: loose runs judge modes then too.
 constexpr double small_in_time = 0.05;
 // The elements behind half as many modes more are twice as many with this: they err by their number's square or its fourth power.
@@ -228,7 +230,9 @@ std::optional<bool> Followed::judge_loosely(Search& finer, const Setting& next) 
   const MatX left = relative(*judge, out.looser).cwiseAbs(), of_time = time.cwiseAbs() / share;
   const double beyond = tail(largest(left));
   space = beyond * (left.cwiseAbs2() - of_time.cwiseAbs2()).cwiseMax(0.0).cwiseSqrt();
-  const bool lacks = total(0.3 * time) > t.accuracy;
+  const double seen = total(0.3 * time);
+  const bool lacks = seen > t.accuracy;
+  if (lacks && seen < surely * t.accuracy) return std::nullopt;
   space = beyond * (left.cwiseAbs2() + of_time.cwiseAbs2()).cwiseSqrt();
   if (!lacks && total(time) > clearly * t.accuracy) return std::nullopt;
   brought = largest(left);
