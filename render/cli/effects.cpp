@@ -25,7 +25,8 @@ std::string share_text(const sim::EffectRow& row, const sim::EffectReport& repor
   if (!row.measured) return "not measured";
   // Where the runs differ by the whole range whatever is switched, or a share is more than rounding can be of, there is no number.
   if (report.floor >= 1.0 || !std::isfinite(row.share)) return "not measurable here";
-  if (row.share <= report.floor) return fmt::format("below {:.1g}", report.floor);
+  // At rest time integration has no error.
+  if (row.share <= report.floor) return report.floor > 0.0 ? fmt::format("below {:.1g}", report.floor) : "0";
   return fmt::format("{:.2g} of {}", row.share, row.column);
 }
 
@@ -38,8 +39,9 @@ std::string price_text(const sim::EffectRow& row, const sim::EffectReport& repor
 
 void print_table(const std::string& scene, const sim::EffectReport& report) {
   fmt::print("{}: {:.4f} CPU s at tolerance {:g}; {}\n", scene, report.cpu, report.tolerance,
-             report.floor < 1.0 ? fmt::format("effects below {:.1g} % cannot be resolved", 100.0 * report.floor)
-                                : "no effect can be resolved: at this tolerance the time error is as large as the outputs");
+             report.floor == 0.0  ? "time integration has no error here"
+             : report.floor < 1.0 ? fmt::format("effects below {:.1g} % cannot be resolved", 100.0 * report.floor)
+                                  : "no effect can be resolved: at this tolerance the time error is as large as the outputs");
   fmt::print("{:<16} {:<11} {:<4} {:<9} {:>4} {:>7}  {:<28} {}\n", "owner", "effect", "", "decided", "DOF", "CPU", "influence", "why");
   for (const sim::EffectRow& row : report.rows) {
     const sim::EffectState& s = row.state;
