@@ -273,9 +273,12 @@ def rows_of(bench, case, args, asked):
                 row["verdict"] = "no truth"
                 continue
             error = bench.error("truth", f"asked{n}", a)
-        row["true"] = error
         if error > limit[a] and not row["said"] and len(made) == 1:
             made = truths(bench, case, args.truth_limit, far, finer)
+            if not made:
+                row["verdict"] = "no truth"
+                continue
+        row["true"] = error
         row["unsure"] = bench.error("truth", "second", a) if len(made) > 1 else None
         unsure = row["unsure"] or 0.0
         if error != error:
