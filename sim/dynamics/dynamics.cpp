@@ -369,7 +369,10 @@ FLEXFRAME_INLINE void reduce_cluster(const Model& model, int cluster, W& work) {
 
 void reduced_mass(const ClusterWork& cw, MatX& D) {
   if (!cw.whole) {
-    D.noalias() = cw.L * cw.L.transpose();
+    // Above its diagonal a factor may have anything.
+    static thread_local MatX L;
+    L = cw.L.triangularView<Eigen::Lower>();
+    D.noalias() = L * L.transpose();
     return;
   }
   if (cw.partition.dep.empty()) D = cw.M;
