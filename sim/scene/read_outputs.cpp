@@ -184,7 +184,9 @@ void read_of_frame(const TableReader& reader, const Scene& scene, const std::str
   const BodyDef* body = find_body(scene, output.of.body);
   if (!body) {
     if (find_joint(scene, of))
-      reader.fail("of", fmt::format("is the joint {}, which has value, rate and reaction, but no '{}'; name a frame", quote(of), quantity));
+      reader.fail("of", fmt::format("is the joint {}, which has value, rate and reaction, but no '{}': its value is its angle or length; "
+                                    "all else is asked of a frame",
+                                    quote(of), quantity));
     unknown_body(reader, "of", output.of.body, scene);
   }
   read_frame_ref(reader, "of", scene);
