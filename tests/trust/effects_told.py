@@ -36,6 +36,7 @@ LISTED = (
     "large_bending",
 )
 ALWAYS = ("gyroscopic", "damping")  # there unless `without` has them
+ONE_PLANE = ("bending_xy", "bending_xz", "torsion")  # a second plane, or twist, rules large_bending out
 COUNTS, HALF, SUM = 0.01, 2.0, 3.0
 # Two methods: what they do not agree on is no truth.
 TRUTHS = (
@@ -168,12 +169,16 @@ def judge(program, scene, folder, limit):
         owner, effect = row["owner"], row["effect"]
         if owner not in beams or effect == "damping" or (effect in ALWAYS and not row["possible"]):
             continue
-        other = {b: dict(s) for b, s in states.items()}
+        # What rules another effect out is worth what it changes where that is off.
+        this = {b: dict(s) for b, s in states.items()}
+        if effect in ONE_PLANE and not row["on"]:
+            this[owner]["large_bending"] = False
+        other = {b: dict(s) for b, s in this.items()}
         other[owner][effect] = not row["on"]
         share = row["share"]
         if share is None or floor >= 1.0:
             continue  # said not to be measured
-        true = runs.worth(here, with_effects(scene.text, other), scene, share + floor)
+        true = runs.worth(with_effects(scene.text, this), with_effects(scene.text, other), scene, share + floor)
         if true is None:
             continue
         measured += 1
