@@ -6,6 +6,7 @@
 #include "render/film/diagram.h"
 #include "sim/base/file_output.h"
 #include "sim/base/words.h"
+#include "sim/results/computed_outputs.h"
 #include "sim/results/driven_coordinates.h"
 #include "sim/results/results_file.h"
 #include "sim/results/sampling.h"
@@ -138,7 +139,7 @@ int derivatives_of(const std::string& unit) { return unit == "m" || unit == "rad
 // tells the true one.
 void warn_of_unseen_vibrations(const sim::Results& results, const Samples& samples, const std::vector<Named>& spectra,
                                std::vector<std::string>& warnings) {
-  constexpr double seen = 0.1, rounding = 1e-9;  // of the largest line; of the largest value
+  constexpr double seen = 0.02, rounding = 1e-9;  // of the largest line; of the largest value
   int derivatives = 0;
   for (const Named& one : spectra) derivatives = std::max(derivatives, derivatives_of(one.output->unit));
   const sim::VecX t = results.times.segment(samples.first, samples.count);
@@ -171,6 +172,19 @@ void warn_of_unseen_vibrations(const sim::Results& results, const Samples& sampl
   }
 }
 
+// A product of vibrations, or an expression of time, that is faster than the samples though nothing moves so fast.
+void warn_of_computed(const sim::Results& results, const Samples& samples, const std::vector<Named>& spectra,
+                      std::vector<std::string>& warnings) {
+  for (const sim::UnseenOutput& unseen : sim::computed_beyond_samples(results, samples.first, samples.count)) {
+    const auto shown = [&](const Named& one) { return one.output->column == unseen.column; };
+    if (std::none_of(spectra.begin(), spectra.end(), shown)) continue;
+    warnings.push_back(
+        fmt::format("{}: {:.2g} of its swing lies between {:.4g} samples a second, as its expression is faster than they show: it appears "
+                    "at a lower frequency in this spectrum; take a larger output_rate",
+                    unseen.column, std::min(1.0, unseen.share), unseen.samples));
+  }
+}
+
 int write_spectrum(const Words& w) {
   sim::Results results = sim::read_results(w.results);
   sim::add_driven_coordinates(results);
@@ -196,6 +210,7 @@ int write_spectrum(const Words& w) {
     warnings.push_back(fmt::format("{} {}: it appears at a lower frequency in these spectra", fast->owner, sim::fast_motion_text(*fast)));
   else warn_of_unseen_vibrations(results, samples, spectra, warnings);
   warn_of_fast_turns(results, samples, warnings);
+  warn_of_computed(results, samples, spectra, warnings);
   json["warnings"] = warnings;
   print_warnings(warnings);
   if (w.json) fmt::print("{}\n", json_text(json));

@@ -327,6 +327,22 @@ def spectra(folder):
         told = json.loads(run("spectrum", folder / "a.h5", "--column", column, "-o", folder / "s.csv", "--json").stdout)["warnings"]
         fast = [one for one in told if "joint 'j' also vibrates at about 900 Hz" in one]
         expect(len(fast) == expected and len(told) == expected, f"a fast acceleration, {column}: {told}")
+    # Of a product the sum of two frequencies: 180 Hz of 256 samples a second stand at 76. A sum of the same outputs has nothing so fast.
+    scene.write_text(
+        simulation(4, output_rate=256)
+        + rigid("m", mass=1)
+        + joint("j", "prismatic", "ground", "m", axis=[1, 0, 0], motion="0.02*sin(2*pi*90*t)")
+        + output("x", "j", "value")
+        + section("[output]", name="square", expression="x^2")
+        + section("[output]", name="twice", expression="2*x + 0.01")
+        + section("[output]", name="time", expression="x + 0.004*sin(2*pi*512*t)")
+    )
+    run("simulate", scene, "-o", folder / "p.h5")
+    for column, expected, place in (("square", 1, 76), ("twice", 0, 90), ("time", 1, 90)):
+        told = json.loads(run("spectrum", folder / "p.h5", "--column", column, "-o", folder / "s.csv", "--json").stdout)
+        expect(abs(told["outputs"][0]["frequency"] - place) < 0.1, f"largest of {column}: {told}")
+        fast = [one for one in told["warnings"] if one.startswith(f"{column}: ") and "its expression is faster" in one]
+        expect(len(fast) == expected and len(told["warnings"]) == expected, f"samples of {column}: {told}")
     message = run("spectrum", folder / "d.h5", "--column", "z", code=2).stderr
     expect("no column" in message and "angle" in message, message)
 
