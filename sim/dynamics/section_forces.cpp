@@ -222,8 +222,12 @@ struct Turning {
   Vec3 value = Vec3::Zero(), rate = Vec3::Zero(), second = Vec3::Zero();
 };
 
-Turning mean(const Turning& a, const Turning& b) {
-  return {0.5 * (a.value + b.value), 0.5 * (a.rate + b.rate), 0.5 * (a.second + b.second)};
+// Between two places of an axis whose deflection is the cubic of their slopes and of the chord between them, at a share of the way.
+Turning between(const Turning& before, const Turning& after, const Turning& chord, double share) {
+  const double early = (1.0 - share) * (1.0 - 3.0 * share), late = share * (3.0 * share - 2.0);
+  const auto slope = [&](const Vec3& a, const Vec3& b, const Vec3& c) { return Vec3(c + early * (a - c) + late * (b - c)); };
+  return {slope(before.value, after.value, chord.value), slope(before.rate, after.rate, chord.rate),
+          slope(before.second, after.second, chord.second)};
 }
 
 // What a turned axis has beyond first order, along and across, per length: of second order, or exactly (it bends in one plane then).
@@ -248,13 +252,17 @@ Turning beyond_linear(const Turning& s, bool exact) {
   return out;
 }
 
-// Adds that of an axis that turns from one slope to another over a length (Simpson).
-void add_beyond(double length, const Turning& before, const Turning& after, bool exact, Turning& sum) {
-  const Turning first = beyond_linear(before, exact), middle = beyond_linear(mean(before, after), exact),
-                last = beyond_linear(after, exact);
-  sum.value += length / 6.0 * (first.value + 4.0 * middle.value + last.value);
-  sum.rate += length / 6.0 * (first.rate + 4.0 * middle.rate + last.rate);
-  sum.second += length / 6.0 * (first.second + 4.0 * middle.second + last.second);
+// Adds that of an axis between two places (Gauss-Legendre, exact for squares of the cubic's slope: straight between the places it would be
+// far off where elements bend by themselves, as in their highest modes).
+void add_beyond(double length, const Turning& before, const Turning& after, const Turning& chord, bool exact, Turning& sum) {
+  constexpr double out = 0.1127016653792583;  // (1 - sqrt(3/5))/2
+  constexpr std::array<std::array<double, 2>, 3> points{{{out, 5.0 / 18.0}, {0.5, 8.0 / 18.0}, {1.0 - out, 5.0 / 18.0}}};
+  for (const auto& [share, weight] : points) {
+    const Turning one = beyond_linear(between(before, after, chord, share), exact);
+    sum.value += length * weight * one.value;
+    sum.rate += length * weight * one.rate;
+    sum.second += length * weight * one.second;
+  }
 }
 
 }  // namespace
@@ -277,7 +285,14 @@ void SectionForces::evaluate(const Model& model, Work& work, const Reactions& re
       if (q.size() > 0) {
         const Vec3 turned = b.turn(k, 0);
         const Turning slope{slope_of(turned), slope_of(b.turn(k, 1)), slope_of(b.turn(k, 2))};
-        if ((b.shortens || exact) && k > 0) add_beyond(b.x[k] - b.x[k - 1], before, slope, exact, beyond);
+        if ((b.shortens || exact) && k > 0) {
+          const double length = b.x[k] - b.x[k - 1];
+          const auto chord = [&](int order) {
+            const Vec3 rise = (b.shift(k, order) - b.shift(k - 1, order)) / length;
+            return Vec3(0.0, rise.y(), rise.z());
+          };
+          add_beyond(length, before, slope, {chord(0), chord(1), chord(2)}, exact, beyond);
+        }
         before = slope;
         b.place[k] += b.shift(k, 0) + beyond.value;
         b.beyond_rate[k] = beyond.rate;
