@@ -10,6 +10,7 @@
 #include "render/image/canvas.h"
 #include "render/image/text.h"
 #include "sim/base/cpu_clock.h"
+#include "sim/base/words.h"
 #include "sim/run/run_scene.h"
 
 #include <fmt/format.h>
@@ -105,7 +106,8 @@ std::string resolution_words(const sim::Scene& scene) {
   shown.erase(std::unique(shown.begin(), shown.end()), shown.end());
   const std::string numbers =
       shown.size() > 3 ? fmt::format("{} to {}", shown.front(), shown.back()) : fmt::format("{}", fmt::join(shown, "/"));
-  return fmt::format("{} {}", numbers, kinds.size() == 1 ? *kinds.begin() : "elements or modes");
+  const std::string kind = kinds.size() == 1 ? *kinds.begin() : "elements or modes";
+  return shown.size() == 1 && kinds.size() == 1 ? sim::counted(shown.front(), kind) : fmt::format("{} {}", numbers, kind);
 }
 
 // The reference: finer until the time is spent. error: in pixels, of the last one by the one before.

@@ -1,5 +1,6 @@
 #include "sim/accuracy/accuracy_search.h"
 
+#include "sim/base/words.h"
 #include "sim/bodies/normal_modes.h"
 #include "sim/bodies/resolution.h"
 #include "sim/dynamics/massless.h"
@@ -479,14 +480,14 @@ namespace {
 // A beam of finite elements as chosen, in words.
 std::string modes_in_words(const BodyDef& body, const BeamDef& beam) {
   if (beam.keep_modes == 0) return fmt::format("'{}' rigid", body.name);
-  return fmt::format("'{}' {} modes{}{}{} of {} elements", body.name, *beam.keep_modes,
+  return fmt::format("'{}' {}{}{}{} of {}", body.name, counted(*beam.keep_modes, "modes"),
                      beam.keep_axial ? fmt::format(", keep_axial = {}", *beam.keep_axial) : "",
                      beam.keep_torsion ? fmt::format(", keep_torsion = {}", *beam.keep_torsion) : "",
                      beam.keep_static && beam.keep_inertia ? " (keep_inertia = true)"
                      : beam.keep_static                    ? ""
                      : beam.keep_inertia                   ? " (keep_static = false, keep_inertia = true)"
                                                            : " (keep_static = false)",
-                     beam.elements);
+                     counted(beam.elements, "elements"));
 }
 
 }  // namespace
@@ -510,13 +511,13 @@ std::vector<std::string> Search::describe(const Setting& setting) const {
         out.push_back(modes_in_words(b, beam));
         break;
       case BeamModel::modal:
-        out.push_back(fmt::format("'{}' {} modes a direction", b.name, modes_at(setting.level)));
+        out.push_back(fmt::format("'{}' {} a direction", b.name, counted(modes_at(setting.level), "modes")));
         break;
       case BeamModel::mixed:
-        out.push_back(fmt::format("'{}' {} volumes", b.name, beam.volumes));
+        out.push_back(fmt::format("'{}' {}", b.name, counted(beam.volumes, "volumes")));
         break;
       default:
-        out.push_back(fmt::format("'{}' {} lumps", b.name, beam.elements));
+        out.push_back(fmt::format("'{}' {}", b.name, counted(beam.elements, "lumps")));
     }
   }
   if (method && method != options_->method) out.push_back(fmt::format("method {}", method_name(*method)));

@@ -143,6 +143,11 @@ std::string list_words(std::span<const std::string> words, std::size_t most) {
   return list;
 }
 
+std::string counted(int count, std::string_view many) {
+  if (count == 1) many.remove_suffix(1);
+  return fmt::format("{} {}", count, many);
+}
+
 std::string quote(std::string_view text) {
   constexpr std::size_t longest = 60;
   std::string shown = "'";

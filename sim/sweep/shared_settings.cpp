@@ -4,6 +4,7 @@
 #include "sim/base/cpu_clock.h"
 #include "sim/base/error.h"
 #include "sim/base/file_output.h"
+#include "sim/base/words.h"
 #include "sim/scene/fingerprint.h"
 #include "sim/scene/toml_output.h"
 #include "sim/time/system.h"
@@ -569,9 +570,9 @@ std::string shared_settings_text(const SharedSettings& s) {
   for (const BodyDef& body : s.chosen.bodies) {
     const auto* beam = std::get_if<BeamDef>(&body.kind);
     if (!beam) continue;
-    std::string modes = beam->keep_modes ? fmt::format("{} modes of ", *beam->keep_modes) : "";
-    if (beam->keep_axial && beam->keep_modes) modes = fmt::format("{} modes, keep_axial = {} of ", *beam->keep_modes, *beam->keep_axial);
-    bodies.push_back(fmt::format("'{}' {}{} elements", body.name, modes, beam->elements));
+    const std::string axial = beam->keep_axial ? fmt::format(", keep_axial = {}", *beam->keep_axial) : "";
+    const std::string modes = beam->keep_modes ? fmt::format("{}{} of ", counted(*beam->keep_modes, "modes"), axial) : "";
+    bodies.push_back(fmt::format("'{}' {}{}", body.name, modes, counted(beam->elements, "elements")));
   }
   return fmt::format("tolerance {:.1e}, {}{}{}; searched for at the points {}, largest error there {:.1e} of the range of {}",
                      s.chosen.simulation.tolerance.value_or(default_tolerance),
