@@ -29,6 +29,8 @@ constexpr Eigen::Index least_places = 8, most_places = 2048;
 constexpr double sampled_well = 1.0, sampled_too_well = 0.05;  // of the tolerance: what half the places leave out
 // Of what the vibrations are shaken by beside the parabola, by the modes of the middle, so much is an error.
 constexpr double shaken_share = 0.2, span_growth = 1.05;
+// What decays by more than that share of its frequency (twice the damping ratio) is not shaken: the closed form has no damping.
+constexpr double least_damped = 0.2;
 // Where more than that share of the radians is left nothing is followed apart; nor where a span of what is would be that short.
 constexpr double worth_apart = 0.7, radians_of_span = 5.0;
 // Beyond that modes are not those of the matrix any more.
@@ -696,7 +698,12 @@ bool ExponentialSolver::follow_oscillation(double h, const VecX& weight) {
     const double x = 2.0 * static_cast<double>(i) / static_cast<double>(last) - 1.0;
     values.col(i) -= parabola * Eigen::Vector3d(1.0, x, x * x);
   }
-  trial_shaken_ = shake(trial_model_.modes.frequencies, h, trial_model_.modes.gauges * values.middleRows(nq_, nw_));
+  const Modes& modes = trial_model_.modes;
+  MatX loads = modes.gauges * values.middleRows(nq_, nw_);
+  const VecX decay = -(modes.gauges * trial_model_.B).cwiseProduct(modes.shapes.transpose()).rowwise().sum();
+  for (Eigen::Index k = 0; k < nw_; ++k)
+    if (decay[k] > least_damped * modes.frequencies[k]) loads.row(k).setZero();
+  trial_shaken_ = shake(modes.frequencies, h, loads);
   const VecX steady = end_;
   add_shaken(trial_model_, trial_shaken_, h, end_);
   error_ = std::max(error_, shaken_share * std::sqrt((end_ - steady).cwiseProduct(weight).squaredNorm() / static_cast<double>(size)));
