@@ -57,7 +57,7 @@ constexpr int joints_last = 4;
 
 // A method that turns out wrong: with so many steps to go others are tried for `trial_length` steps, and one that goes so many times as far
 // an evaluation is taken.
-constexpr double long_run = 20000, worth_changing = 5.0;
+constexpr double long_run = 20000, long_run_with_matrices = 2000, worth_changing = 5.0;
 constexpr int trial_length = 60;
 // Adams after events: steps until its order has grown and what hit a stop has left it, what they are asked for, the least that digits
 // allow.
@@ -100,6 +100,8 @@ class MotionRun {
   bool work_is_at(const double* state) const;
   void keep_assembly(const StateAt& since, const StateAt& to);
   double asked_tolerance() const;
+  // Whether the Runge-Kutta method takes over where the exponential one cannot go on: the user has not asked for it.
+  bool may_step_over() const { return automatic && method == Method::exponential; }
   void use(Method chosen, const VecX& state);
   // ---- Segments and steps ----
   void begin(double t);
@@ -126,6 +128,7 @@ class MotionRun {
   void renew_loops(double now);
   // ---- Method and budget ----
   long steps_so_far() const { return out.steps + (integrator ? integrator->statistics().steps : 0); }
+  double effort() const;
   double pace_of(Method other, double end);
   Method better_method(double now, double end);
   void keep_to_budget(double now);
@@ -150,7 +153,8 @@ class MotionRun {
   bool automatic = false;
   Method method = Method::automatic;
   double fastest_vibration = 0.0, trial_start = 0.0;
-  bool on_trial = false;
+  bool on_trial = false, with_matrices = false;
+  double sampling = 0.0;  // s of work
   MethodReview review;
   bool told = false;
 
@@ -181,14 +185,12 @@ class MotionRun {
 void MotionRun::choose() {
   on_trial = automatic && system.tolerance <= tight;
   if (automatic) method = choose_method(system, fastest_vibration);
+  with_matrices = method == Method::exponential;
   on_trial = on_trial && method == Method::dirk && fastest_vibration > 0.0 && may_be_followed(system);
   if (span.goes_on) out.method = method_name(method);  // the sizes of its errors are those so far
   else use(method, pack_state(system, Eigen::Vector2d::Zero()));
-  if (method == Method::exponential && (has_events(system) || !all_have_inertia(system.model) || !system.model.blocks.empty()))
-    throw InputError(fmt::format("method \"exponential\" follows smooth motion only: {}; take method = \"auto\" or \"erk\"",
-                                 has_events(system)             ? "dry friction, stops and contacts have events, which need to be located"
-                                 : !system.model.blocks.empty() ? "blocks have states of their own"
-                                                                : "massless bodies need an equilibrium in every evaluation"));
+  if (const std::string why = method == Method::exponential ? why_not_exponential(system) : ""; !why.empty())
+    throw InputError(fmt::format("method \"exponential\" follows smooth motion only: {}; take method = \"auto\" or \"erk\"", why));
 }
 
 void MotionRun::use(Method chosen, const VecX& state) {
@@ -296,7 +298,14 @@ void MotionRun::begin(double t) {
   touched = find_touched(system, t, y);
   joints_age = 0;
   anew = true;
-  integrator = std::make_unique<Integrator>(problem, method, t, y);
+  try {
+    integrator = std::make_unique<Integrator>(problem, method, t, y);
+  } catch (const SimulationError&) {
+    // The exponential method linearises where it begins.
+    if (!may_step_over()) throw;
+    use(Method::dirk, y);
+    integrator = std::make_unique<Integrator>(problem, method, t, y);
+  }
   watch.begin(system, t, y);
   begun = t;
   steps_here = 0;
@@ -306,7 +315,12 @@ void MotionRun::begin(double t) {
 void MotionRun::restart(double t) {
   joints_age = 0;
   anew = true;
-  integrator->restart(t, y);
+  try {
+    integrator->restart(t, y);
+  } catch (const SimulationError&) {
+    if (!may_step_over()) throw;
+    begin(t);
+  }
   begun = t;
   steps_here = 0;
   ++out.restarts;
@@ -403,13 +417,22 @@ void MotionRun::run_segment(double end) {
   while (integrator->time() < end) {
     if (!step(end)) continue;
     double now = integrator->time();
-    bool event = false;
+    bool event = false, handed_out = false;
     try {
       event = watch.look(system, *integrator, now, y);
       require_progress(now);
       hand_out_samples(now);
+      handed_out = true;
       follow_state(now);
     } catch (const SimulationError& error) {
+      // Its steps are long: the end of one may be out of reach where shorter ones lead on.
+      if (handed_out && may_step_over()) {
+        y = begin_y;
+        passing = false;
+        use(Method::dirk, y);
+        begin(integrator->previous_time());
+        continue;
+      }
       const std::string bent = bent_too_far(system, now, y);
       if (bent.empty()) throw;
       throw SimulationError(fmt::format("{}; {}", error.what(), bent));
@@ -454,6 +477,7 @@ void MotionRun::hand_out_samples(double now) {
     sample(system, t, at);
     if (any_crossed(system)) keep_assembly({integrator->previous_time(), begin_y.data()}, {t, at.data()});
   };
+  const double before = work_seconds();
   while (passed(next)) {
     std::array<double, 4> some{};
     int count = 0;
@@ -467,6 +491,7 @@ void MotionRun::hand_out_samples(double now) {
     }
     for (int k = 0; k < count; ++k) one_by_one(some[static_cast<size_t>(k)]);
   }
+  sampling += work_seconds() - before;
   at_work.valid = false;
 }
 
@@ -546,6 +571,12 @@ void MotionRun::renew_loops(double now) {
 
 // ---- Method and budget -----------------------------------------------------------------------------------------------------------------
 
+// What the method has cost so far, in evaluations. Of the exponential method's work they are the smaller part, in runs that began with it
+// all that it counts is looked at.
+double MotionRun::effort() const {
+  return with_matrices ? (work_seconds() - begun_work - sampling) / system.price : static_cast<double>(system.evaluations);
+}
+
 // Simulated seconds an evaluation that another method makes from here, in its stride; 0 where it fails.
 double MotionRun::pace_of(Method other, double end) {
   const Method kept = method;
@@ -555,12 +586,12 @@ double MotionRun::pace_of(Method other, double end) {
   try {
     Integrator trial(problem, other, integrator->time(), y);
     double from_time = trial.time();
-    long from_evaluations = system.evaluations;
+    double before = effort();
     for (int k = 0; k < trial_length && trial.time() < end; ++k) {
-      if (k == trial_length / 2) from_time = trial.time(), from_evaluations = system.evaluations;
+      if (k == trial_length / 2) from_time = trial.time(), before = effort();
       trial.step(end);
     }
-    pace = (trial.time() - from_time) / static_cast<double>(std::max(1L, system.evaluations - from_evaluations));
+    pace = (trial.time() - from_time) / std::max(1.0, effort() - before);
   } catch (const SimulationError&) {}
   at_work.valid = false;
   method = kept;
@@ -602,12 +633,12 @@ void MotionRun::keep_to_budget(double now) {
 // Now and then: the run's length against its budget, the method against others. True where another one begins.
 bool MotionRun::review_method(double now, double end) {
   const long steps = steps_so_far();
-  if (!review.due(steps, system.evaluations, now, span.to)) {
+  if (!review.due(steps, effort(), now, span.to)) {
     if (static_cast<double>(steps) >= told_to.most_steps) keep_to_budget(now);
     return false;
   }
   keep_to_budget(now);
-  if (automatic && review.steps_to_go() > long_run) {
+  if (automatic && review.steps_to_go() > (method == Method::exponential ? long_run_with_matrices : long_run)) {
     if (const Method better = better_method(now, end); better != method) {
       system.notes.tell("", fmt::format("method changed from {} to {} at t = {:.3g} s: {}", method_name(method), method_name(better), now,
                                         what_takes_steps(system, now, y, review.step())));

@@ -5,7 +5,9 @@
 #include "sim/dynamics/flexures.h"
 #include "sim/dynamics/massless.h"
 #include "sim/scene/joint_kinds.h"
+#include "sim/time/events.h"
 #include "sim/time/newton_matrix.h"
+#include "sim/time/price.h"
 
 #include <fmt/format.h>
 
@@ -44,14 +46,61 @@ bool stays_at_rest(const System& system) {
          std::none_of(scene.joints.begin(), scene.joints.end(), [](const JointDef& j) { return j.initial.value || j.initial.rate; });
 }
 
+// The exponential method makes a matrix of all rates, with its vibrations, in every step: it may cost so many evaluations. From five on
+// runs are as dear as by the Runge-Kutta method, from fifteen on two to twenty times (20 rates of a beam).
+constexpr double most_evaluations_a_matrix = 4.0;
+// Tighter than that Adams, which follows vibrations too, is up to three times as cheap.
+constexpr double followed_from = 0.9999e-8;
+
+// Whether an independent rate is one of a body's deflection.
+bool is_elastic(const Model& model, int rate) {
+  return std::any_of(model.parts.begin(), model.parts.end(), [&](const Part& p) { return rate >= p.ev0 && rate < p.ev0 + p.body.n; });
+}
+
+// Whether anything but a body may hold what moves: forces that depend on the state are springs too.
+bool has_spring(const Model& model) {
+  const auto is_one = [](const Load& l) {
+    return (l.def.kind != ForceKind::force && l.def.kind != ForceKind::torque) || l.table_part >= 0;
+  };
+  return !model.flexures.empty() || !model.functions.empty() || std::any_of(model.loads.begin(), model.loads.end(), is_one) ||
+         std::any_of(model.parts.begin(), model.parts.end(), [](const Part& p) { return p.joint.spring.has_value(); }) ||
+         std::any_of(model.loops.begin(), model.loops.end(), [](const LoopJoint& l) { return l.spring.has_value(); });
+}
+
+// Whether vibrations are better followed to the end than stepped over: few rates, of bodies on prescribed motions or of mechanisms that
+// turn freely, whose loops shake the bodies anew in every turn. Not in open chains: what vibrations do to a free motion on the average is
+// second order, which the exponential method leaves out at all but tight tolerances (a cart with an elastic pole, let go: 150 tolerances
+// off at 1e-6, the Runge-Kutta method half a one), and where they have died away long steps are the cheaper ones (pendulums: to a tenth).
+bool worth_following(const System& system) {
+  if (system.tolerance < followed_from || !why_not_exponential(system).empty()) return false;
+  const Model& model = system.model;
+  int rates = 0;
+  bool free_joints = false;
+  for (size_t c = 0; c < model.clusters.size(); ++c)
+    for (const int k : system.work.clusters[c].partition.ind) {
+      ++rates;
+      if (is_elastic(model, model.clusters[c].v0 + k)) continue;
+      if (model.clusters[c].loops.empty()) return false;
+      free_joints = true;
+    }
+  return linear_model_price(rates) <= most_evaluations_a_matrix * system.price && !(free_joints && has_spring(model));
+}
+
 }  // namespace
+
+std::string why_not_exponential(const System& system) {
+  if (has_events(system)) return "dry friction, stops and contacts have events, which need to be located";
+  if (!system.model.blocks.empty()) return "blocks have states of their own";
+  return all_have_inertia(system.model) ? "" : "massless bodies need an equilibrium in every evaluation";
+}
 
 // Explicit steps are limited by stability to about one radian of the fastest elastic vibration. Up to 2000 such radians in the run
 // Adams is the cheapest; beyond, the L-stable Runge-Kutta method steps over vibrations that the tolerance does not see (BDF of order
 // 3 to 5 is unstable for them, of order 2 it is three times as dear). Where damping turns the fastest vibrations into decay, BDF is stable
 // and the cheapest: a damped beam on its way to large deformations took it 100 steps and the Runge-Kutta method, whose trial stages
 // overshoot, several thousand. Slower vibrations that are damped lightly it has to follow until they have died away, at some ten steps a
-// radian: from 500 radians on it is the dearer one (cantilevers with Rayleigh damping: 12 000 steps instead of 460).
+// radian: from 500 radians on it is the dearer one (cantilevers with Rayleigh damping: 12 000 steps instead of 460). Few rates of bodies
+// are followed by the exponential method in place of the Runge-Kutta method, which is off by a hundred to a thousand times as much there.
 Method choose_method(const System& system, double& fastest_vibration) {
   double fastest = 0.0;
   bool decays = true;  // the fastest vibration of every elastic body is damped beyond critically
@@ -85,7 +134,8 @@ Method choose_method(const System& system, double& fastest_vibration) {
   // At rest implicit steps grow to the length of the run; explicit ones follow vibrations that nobody excites.
   if (fastest_vibration > 0.0 && !decays && stays_at_rest(system)) return Method::dirk;
   if (fastest_vibration * duration < 2000.0) return Method::adams;
-  return decays && radians < few_radians ? Method::bdf : Method::dirk;
+  if (decays && radians < few_radians) return Method::bdf;
+  return worth_following(system) ? Method::exponential : Method::dirk;
 }
 
 bool may_be_followed(const System& system) {
@@ -155,15 +205,15 @@ FastestPart find_fastest(System& system, double t, const VecX& y) {
   return out;
 }
 
-bool MethodReview::due(long steps, long evaluations, double t, double duration) {
+bool MethodReview::due(long steps, double effort, double t, double duration) {
   if (steps < next_) return false;
   const double done = t - from_;
-  pace_ = done / static_cast<double>(std::max(1L, evaluations - from_evaluations_));
+  pace_ = done / std::max(1.0, effort - from_effort_);
   step_ = done / static_cast<double>(std::max(1L, steps - from_steps_));
   to_go_ = (duration - t) / std::max(step_, 1e-300);
   from_ = t;
   from_steps_ = steps;
-  from_evaluations_ = evaluations;
+  from_effort_ = effort;
   next_ = 4 * steps;
   return true;
 }

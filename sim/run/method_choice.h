@@ -10,6 +10,9 @@ namespace flexframe::sim {
 // The method that "auto" begins with. fastest_vibration: of the elastic bodies, rad/s; 0 where another reason decided.
 Method choose_method(const System& system, double& fastest_vibration);
 
+// Why the exponential method cannot follow a system, half a sentence; empty where it can.
+std::string why_not_exponential(const System& system);
+
 // Whether explicit steps may follow the vibrations of the bodies: not where a deformation closes a loop. A held beam's stretching is a
 // thousandth of its bending and carries as much force, so that the noise of vibrations which explicit steps follow at the limit of their
 // stability shows (a wire between hinges at 1e-8: Adams loses 1.4 % of its energy, the Runge-Kutta method 1e-5 for the same time).
@@ -23,11 +26,11 @@ struct FastestPart {
 };
 FastestPart find_fastest(System& system, double t, const VecX& y);
 
-// When a run looks at its method again. Steps and evaluations are counted over all integrators of the run.
+// When a run looks at its method again. Steps and effort, in evaluations, are counted over all integrators of the run.
 class MethodReview {
  public:
   // After a step: true where the method is to be compared with others and the run's length with its budget.
-  bool due(long steps, long evaluations, double t, double duration);
+  bool due(long steps, double effort, double t, double duration);
   // Of the steps since the last review: simulated seconds an evaluation and a step, and the steps still to go at that pace.
   double pace() const { return pace_; }
   double step() const { return step_; }
@@ -36,8 +39,8 @@ class MethodReview {
   bool hopeless(double most) const;
 
  private:
-  long next_ = 2000, from_steps_ = 0, from_evaluations_ = 0;
-  double from_ = 0.0, pace_ = 0.0, step_ = 0.0, to_go_ = 0.0;
+  long next_ = 2000, from_steps_ = 0;
+  double from_ = 0.0, from_effort_ = 0.0, pace_ = 0.0, step_ = 0.0, to_go_ = 0.0;
 };
 
 // What a run does with its steps, half a sentence: "they follow joint 'slide', which vibrates at 1e+07 rad/s". step: their length, s.
