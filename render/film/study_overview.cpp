@@ -107,7 +107,7 @@ std::string resolution_words(const sim::Scene& scene) {
   const std::string numbers =
       shown.size() > 3 ? fmt::format("{} to {}", shown.front(), shown.back()) : fmt::format("{}", fmt::join(shown, "/"));
   const std::string kind = kinds.size() == 1 ? *kinds.begin() : "elements or modes";
-  return shown.size() == 1 && kinds.size() == 1 ? sim::counted(shown.front(), kind) : fmt::format("{} {}", numbers, kind);
+  return shown.size() == 1 && kinds.size() == 1 ? sim::how_many(shown.front(), kind) : fmt::format("{} {}", numbers, kind);
 }
 
 // The reference: finer until the time is spent. error: in pixels, of the last one by the one before.

@@ -319,8 +319,8 @@ class AxisPlan {
     for (int n : counts) {
       Scene s = at(quiet_);
       set_form(s, states, model, n);
-      add(model_name(model), sim::counted(n, word), n,
-          fmt::format("model = \"{}\", {}; tolerance = {:g}", model_name(model), sim::counted(n, word), quiet_), s);
+      add(model_name(model), sim::how_many(n, word), n,
+          fmt::format("model = \"{}\", {}; tolerance = {:g}", model_name(model), sim::how_many(n, word), quiet_), s);
     }
   }
 
@@ -333,8 +333,8 @@ class AxisPlan {
       if (form.kept) keep_below_one_frequency(s, n, !follows);
       if (follows) s.simulation.method = method;
       const std::string name = follows ? sim::method_name(method) : "", words = follows ? fmt::format("method = \"{}\", ", name) : "";
-      add(form.name, fmt::format("{}, {}{}{:g}", sim::counted(n, form.word), name, follows ? " " : "", t), n,
-          fmt::format("model = \"{}\", {}{}; {}tolerance = {:g}", model_name(form.model), sim::counted(n, form.word),
+      add(form.name, fmt::format("{}, {}{}{:g}", sim::how_many(n, form.word), name, follows ? " " : "", t), n,
+          fmt::format("model = \"{}\", {}{}; {}tolerance = {:g}", model_name(form.model), sim::how_many(n, form.word),
                       form.kept && follows ? ", keep_static = false" : "", words, t),
           s);
     }

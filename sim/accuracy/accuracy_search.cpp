@@ -480,14 +480,14 @@ namespace {
 // A beam of finite elements as chosen, in words.
 std::string modes_in_words(const BodyDef& body, const BeamDef& beam) {
   if (beam.keep_modes == 0) return fmt::format("'{}' rigid", body.name);
-  return fmt::format("'{}' {}{}{}{} of {}", body.name, counted(*beam.keep_modes, "modes"),
+  return fmt::format("'{}' {}{}{}{} of {}", body.name, how_many(*beam.keep_modes, "modes"),
                      beam.keep_axial ? fmt::format(", keep_axial = {}", *beam.keep_axial) : "",
                      beam.keep_torsion ? fmt::format(", keep_torsion = {}", *beam.keep_torsion) : "",
                      beam.keep_static && beam.keep_inertia ? " (keep_inertia = true)"
                      : beam.keep_static                    ? ""
                      : beam.keep_inertia                   ? " (keep_static = false, keep_inertia = true)"
                                                            : " (keep_static = false)",
-                     counted(beam.elements, "elements"));
+                     how_many(beam.elements, "elements"));
 }
 
 }  // namespace
@@ -511,13 +511,13 @@ std::vector<std::string> Search::describe(const Setting& setting) const {
         out.push_back(modes_in_words(b, beam));
         break;
       case BeamModel::modal:
-        out.push_back(fmt::format("'{}' {} a direction", b.name, counted(modes_at(setting.level), "modes")));
+        out.push_back(fmt::format("'{}' {} a direction", b.name, how_many(modes_at(setting.level), "modes")));
         break;
       case BeamModel::mixed:
-        out.push_back(fmt::format("'{}' {}", b.name, counted(beam.volumes, "volumes")));
+        out.push_back(fmt::format("'{}' {}", b.name, how_many(beam.volumes, "volumes")));
         break;
       default:
-        out.push_back(fmt::format("'{}' {}", b.name, counted(beam.elements, "lumps")));
+        out.push_back(fmt::format("'{}' {}", b.name, how_many(beam.elements, "lumps")));
     }
   }
   if (method && method != options_->method) out.push_back(fmt::format("method {}", method_name(*method)));

@@ -143,7 +143,7 @@ std::string list_words(std::span<const std::string> words, std::size_t most) {
   return list;
 }
 
-std::string counted(int count, std::string_view many) {
+std::string how_many(int count, std::string_view many) {
   if (count == 1) many.remove_suffix(1);
   return fmt::format("{} {}", count, many);
 }

@@ -21,7 +21,7 @@ std::string did_you_mean(std::string_view word, std::span<const std::string> kno
 std::string list_words(std::span<const std::string> words, std::size_t most = 40);
 
 // "1 mode", "2 modes"; `many`: a plural that ends in s.
-std::string counted(int count, std::string_view many);
+std::string how_many(int count, std::string_view many);
 
 // The text on one line between single quotes, control characters and bytes that are no UTF-8 shown as \xNN, cut after 60 bytes.
 std::string quote(std::string_view text);

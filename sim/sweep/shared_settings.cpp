@@ -571,8 +571,8 @@ std::string shared_settings_text(const SharedSettings& s) {
     const auto* beam = std::get_if<BeamDef>(&body.kind);
     if (!beam) continue;
     const std::string axial = beam->keep_axial ? fmt::format(", keep_axial = {}", *beam->keep_axial) : "";
-    const std::string modes = beam->keep_modes ? fmt::format("{}{} of ", counted(*beam->keep_modes, "modes"), axial) : "";
-    bodies.push_back(fmt::format("'{}' {}{}", body.name, modes, counted(beam->elements, "elements")));
+    const std::string modes = beam->keep_modes ? fmt::format("{}{} of ", how_many(*beam->keep_modes, "modes"), axial) : "";
+    bodies.push_back(fmt::format("'{}' {}{}", body.name, modes, how_many(beam->elements, "elements")));
   }
   return fmt::format("tolerance {:.1e}, {}{}{}; searched for at the points {}, largest error there {:.1e} of the range of {}",
                      s.chosen.simulation.tolerance.value_or(default_tolerance),

@@ -608,7 +608,7 @@ TEST(Words, Distance) {
   EXPECT_EQ(did_you_mean("fixed", known), "");
   EXPECT_EQ(quote("a\nb\xff\xC3\xBC"), "'a\\x0ab\\xff\xC3\xBC'");
   EXPECT_LT(quote(std::string(1000, 'a')).size(), 80u);
-  EXPECT_EQ(counted(1, "modes"), "1 mode");
-  EXPECT_EQ(counted(0, "modes"), "0 modes");
-  EXPECT_EQ(counted(12, "elements"), "12 elements");
+  EXPECT_EQ(how_many(1, "modes"), "1 mode");
+  EXPECT_EQ(how_many(0, "modes"), "0 modes");
+  EXPECT_EQ(how_many(12, "elements"), "12 elements");
 }
