@@ -4,8 +4,8 @@
 #include "sim/reduce/dense_products.h"
 #include "sim/reduce/fe_elements.h"
 #include "sim/reduce/fe_integrals.h"
-#include "sim/reduce/fe_refine.h"
 #include "sim/reduce/fe_solver.h"
+#include "sim/reduce/fe_two_level.h"
 
 #include <algorithm>
 #include <cmath>
@@ -249,34 +249,66 @@ double value_of_twin(const VecX& like, const VecX& eigenvalues, Eigen::Index k) 
 
 }  // namespace
 
-std::optional<VecX> divided_mesh_error(const FeModel& model, const FeSystem& system, const FeModes& modes, const FeDivision& division) {
-  std::optional<FeRefined> divided = refine(model, division.held);
-  for (int k = 1; k < division.times && divided; ++k) divided = refine(divided->model, divided->held);
-  if (!divided) return std::nullopt;
-  const FeSystem fine = assemble(divided->model);
-  const FeReduced reduced = eliminate(divided->model, fine, divided->held);
-  const MatX rigid = free_rigid_motions(divided->model, fine, reduced, divided->held);
-  FeSolver solver(reduced, rigid, estimate_modes(divided->model, fine), division.threads, division.ask);
+namespace {
+
+// Motions of the divided system by those of the system before.
+SparseMatrix interpolation(const FeRefined& divided, const FeSystem& system, const FeSystem& fine) {
+  std::vector<Eigen::Triplet<double>> entries;
+  const auto add = [&](size_t node, int old, double share) {
+    for (int d = 0; d < 6; ++d)
+      if (fine.dof[node][d] >= 0 && system.dof[old][d] >= 0) entries.emplace_back(fine.dof[node][d], system.dof[old][d], share);
+  };
+  for (size_t n = 0; n < system.dof.size(); ++n) add(n, static_cast<int>(n), 1.0);
+  for (const auto& [node, shares] : divided.shares)
+    for (const auto& [old, share] : shares) add(static_cast<size_t>(node), old, share);
+  SparseMatrix out(fine.size, system.size);
+  out.setFromTriplets(entries.begin(), entries.end());
+  return out;
+}
+
+std::optional<FeModes> modes_of_divided(const FeRefined& divided, const FeSystem& system, const FeSystem& fine, const FeReduced& reduced,
+                                        const FeModes& modes, int wanted, const FeDivision& division) {
+  const MatX rigid = free_rigid_motions(divided.model, fine, reduced, divided.held);
+  if (division.coarse)
+    return two_level_modes(*division.coarse, {reduced, rigid, interpolation(divided, system, fine)}, modes, wanted, division.ask);
+  FeSolver solver(reduced, rigid, estimate_modes(divided.model, fine), division.threads, division.ask);
   solver.factorise();
   // Modes that the coarse mesh has above others may be below them: some more.
   const auto count = static_cast<int>(modes.eigenvalues.size());
   const int most = reduced.size() - static_cast<int>(rigid.cols());
-  const FeModes found = solver.modes(std::min(count + 6, most), 0.0, MatX(reduced.size(), 0), {});
+  return solver.modes(std::min(count + 6, most), 0.0, MatX(reduced.size(), 0), {});
+}
+
+}  // namespace
+
+std::optional<VecX> divided_mesh_error(const FeModel& model, const FeSystem& system, const FeReduced& coarse, const FeModes& modes,
+                                       int wanted, const FeDivision& division) {
+  std::optional<FeRefined> divided = refine(model, division.held, division.finer);
+  for (int k = 1; k < division.times && divided; ++k) divided = refine(divided->model, divided->held);
+  if (!divided) return std::nullopt;
+  FeSystem fine = assemble(divided->model);
+  const FeReduced reduced = eliminate(divided->model, fine, divided->held);
+  if (division.coarse && !reduced.identity) {  // that has its own
+    SparseMatrix().swap(fine.K);
+    SparseMatrix().swap(fine.M);
+  }
+  const std::optional<FeModes> found = modes_of_divided(*divided, system, fine, reduced, modes, wanted, division);
+  if (!found) return std::nullopt;
   // At the nodes that both have, as fields of the coarse mesh.
-  const MatX all = reduced.expand(found.vectors);
+  const MatX all = reduced.expand(found->vectors);
   MatX common = MatX::Zero(system.size, all.cols());
   for (size_t n = 0; n < system.dof.size(); ++n)
     for (int d = 0; d < 6; ++d)
       if (system.dof[n][d] >= 0) common.row(system.dof[n][d]) = all.row(fine.dof[n][d]);
   const MatX M_common = symmetric_product(system.M, common);
   const VecX length = common.cwiseProduct(M_common).colwise().sum().cwiseSqrt();
-  const MatX like = (product_tn(modes.vectors, M_common) * length.cwiseInverse().asDiagonal()).cwiseAbs2();
-  VecX out(count);
-  for (Eigen::Index k = 0; k < count; ++k) {
-    const double fine_value = value_of_twin(VecX(like.row(k)), found.eigenvalues, k);
+  const MatX like = (product_tn(coarse.expand(modes.vectors), M_common) * length.cwiseInverse().asDiagonal()).cwiseAbs2();
+  VecX out(modes.eigenvalues.size());
+  for (Eigen::Index k = 0; k < out.size(); ++k) {
+    const double fine_value = value_of_twin(VecX(like.row(k)), found->eigenvalues, k);
     // Half the size leaves a quarter of the error: what is seen is three quarters of it (fifteen sixteenths of a mesh divided twice), of
-    // its logarithm where it is large.
-    const double left = std::pow(0.25, division.times);
+    // its logarithm where it is large. Quadratic elements leave little of the error of linear ones.
+    const double left = divided->raised ? 0.0 : std::pow(0.25, division.times);
     out(k) = std::abs(std::pow(modes.eigenvalues(k) / fine_value, 0.5 / (1.0 - left)) - 1.0);
   }
   return out;

@@ -8,6 +8,7 @@
 // Flat shells with lumped mass may be as much too low. Measured: REDUCE.md.
 #pragma once
 
+#include "sim/reduce/fe_refine.h"
 #include "sim/reduce/fe_solver.h"
 
 #include <optional>
@@ -24,14 +25,18 @@ std::optional<VecX> mesh_error(const FeModel& model, const FeSystem& system, con
 struct FeDivision {
   std::vector<FeConstraint> held;
   int times = 1;
+  FeFiner finer = FeFiner::divided;  // of the first time
+  const FeSolver* coarse = nullptr;  // the model's own, factorised: then the finer modes are found by iteration (fe_two_level.h), times = 1
   int threads = 1;
   std::function<void()> ask;
 };
 
 // The same from the model with its elements divided (fe_refine.h), whose modes are compared with these: within a factor of two or so for
-// all kinds of elements, at the price of a model eight times as large. modes: elastic ones, vectors of the whole system, M-orthonormal.
-// nullopt: the model cannot be divided.
-std::optional<VecX> divided_mesh_error(const FeModel& model, const FeSystem& system, const FeModes& modes, const FeDivision& division);
+// all kinds of elements, at the price of a model eight times as large. modes: elastic ones, vectors of the reduced system (of the
+// whole one: reduced.expand), M-orthonormal, of which the first `wanted` count. nullopt: the model cannot be divided, or the iteration does
+// not end.
+std::optional<VecX> divided_mesh_error(const FeModel& model, const FeSystem& system, const FeReduced& reduced, const FeModes& modes,
+                                       int wanted, const FeDivision& division);
 
 // Share of each mode's energy (as above) that holds hourglass motions of C3D20R and C3D6, which their points do not see: about 1e-3 in
 // sound modes. Where it is larger the frequency is that of the hold, not of the body: loads or supports at single nodes of a single layer.

@@ -4,6 +4,7 @@
 #include "sim/reduce/fe_elements.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 
@@ -28,6 +29,20 @@ FeShape corner_shape(FeShape shape) {
       return FeShape::quadrangle4;
     default:
       return shape;
+  }
+}
+
+// What a linear solid becomes by nodes in the middles of its edges; others stay as they are, and are divided.
+FeShape quadratic_shape(const FeElement& e) {
+  switch (e.shape) {
+    case FeShape::tetrahedron4:
+      return FeShape::tetrahedron10;
+    case FeShape::hexahedron8:
+      return FeShape::hexahedron20;
+    case FeShape::wedge6:
+      return FeShape::wedge15;
+    default:
+      return e.shape;
   }
 }
 
@@ -120,14 +135,91 @@ std::vector<Part> parts_of(FeShape shape, const Mat3X& X) {
   }
 }
 
+// Opposite faces of a brick or wedge by their numbers (fe_faces), and the edges between them.
+struct Axis {
+  int axis, faces[2];
+  std::vector<std::pair<int, int>> edges;
+};
+const std::vector<Axis>& axes_of(FeShape shape) {
+  static const std::vector<Axis> brick = {{0, {5, 3}, {{0, 1}, {3, 2}, {4, 5}, {7, 6}}},
+                                          {1, {2, 4}, {{0, 3}, {1, 2}, {4, 7}, {5, 6}}},
+                                          {2, {0, 1}, {{0, 4}, {1, 5}, {2, 6}, {3, 7}}}};
+  static const std::vector<Axis> wedge = {{2, {0, 1}, {{0, 3}, {1, 4}, {2, 5}}}};
+  static const std::vector<Axis> none;
+  return shape == FeShape::hexahedron8 ? brick : shape == FeShape::wedge6 ? wedge : none;
+}
+
+// Of each element the axes along which it is a layer by itself, both ends on the body's surface: quadratic shapes do not show how shear is
+// spread over it. Only where all elements at its edges agree, so that they can be halved there and still fit.
+using Layers = std::vector<std::array<bool, 3>>;
+Layers single_layers(const FeModel& model) {
+  Layers out(model.elements.size(), {false, false, false});
+  const auto corner = [&](const FeElement& e, int i) { return model.connectivity[e.first + i]; };
+  struct Face {
+    std::array<int, 4> nodes;
+    size_t element;
+    int face;
+  };
+  std::vector<Face> faces;
+  for (size_t i = 0; i < model.elements.size(); ++i) {
+    const FeElement& e = model.elements[i];
+    if (!fe_is_solid(e.shape)) continue;
+    for (size_t k = 0; k < fe_faces(e.shape).size(); ++k) {
+      Face face{{-1, -1, -1, -1}, i, static_cast<int>(k)};
+      for (size_t n = 0; n < fe_faces(e.shape)[k].size(); ++n) face.nodes[n] = corner(e, fe_faces(e.shape)[k][n]);
+      std::sort(face.nodes.begin(), face.nodes.end());
+      faces.push_back(face);
+    }
+  }
+  std::sort(faces.begin(), faces.end(), [](const Face& a, const Face& b) { return a.nodes < b.nodes; });
+  std::vector<std::array<bool, 6>> outer(model.elements.size(), std::array<bool, 6>{});
+  for (size_t k = 0; k < faces.size(); ++k) {
+    const bool shared = (k > 0 && faces[k - 1].nodes == faces[k].nodes) || (k + 1 < faces.size() && faces[k + 1].nodes == faces[k].nodes);
+    outer[faces[k].element][faces[k].face] = !shared;
+  }
+  // Of each edge that may be halved: how many elements have it, and how many would halve it.
+  std::map<std::pair<int, int>, std::pair<int, int>> edges;
+  const auto edge = [&](const FeElement& e, int a, int b) { return std::minmax({corner(e, a), corner(e, b)}); };
+  for (size_t i = 0; i < out.size(); ++i)
+    for (const Axis& axis : axes_of(model.elements[i].shape)) {
+      if (!outer[i][axis.faces[0]] || !outer[i][axis.faces[1]]) continue;
+      out[i][axis.axis] = true;
+      for (const auto& [a, b] : axis.edges) ++edges[edge(model.elements[i], a, b)].second;
+    }
+  if (edges.empty()) return out;
+  for (const FeElement& e : model.elements) {
+    const int corners = static_cast<int>(fe_is_solid(e.shape) || fe_is_shell(e.shape) ? corner_places(e.shape).cols() : 0);
+    for (int a = 0; a < corners; ++a)
+      for (int b = 0; b < a; ++b)
+        if (const auto at = edges.find(edge(e, a, b)); at != edges.end()) ++at->second.first;
+  }
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (size_t i = 0; i < out.size(); ++i)
+      for (const Axis& axis : axes_of(model.elements[i].shape)) {
+        const FeElement& e = model.elements[i];
+        const auto fits = [&](const std::pair<int, int>& of) {
+          const auto& [all, halving] = edges.at(edge(e, of.first, of.second));
+          return all == halving;
+        };
+        if (!out[i][axis.axis] || std::all_of(axis.edges.begin(), axis.edges.end(), fits)) continue;
+        out[i][axis.axis] = false;
+        changed = true;
+        for (const auto& [a, b] : axis.edges) --edges[edge(e, a, b)].second;
+      }
+  }
+  return out;
+}
+
 class Refinement {
  public:
-  Refinement(const FeModel& m, const std::vector<FeConstraint>& h) : model(m), held(h) {
+  Refinement(const FeModel& m, const std::vector<FeConstraint>& h, FeFiner how) : model(m), held(h), finer(how) {
     out.model = m;
     out.model.connectivity.clear();
     out.model.elements.clear();
     out.model.node_thickness.clear();
     out.model.element_sets.clear();
+    if (finer == FeFiner::quadratic) layers = single_layers(model);
   }
 
   FeRefined run() {
@@ -149,7 +241,9 @@ class Refinement {
 
   const FeModel& model;
   const std::vector<FeConstraint>& held;
+  const FeFiner finer;
   FeRefined out;
+  Layers layers;  // where elements become quadratic
   std::map<Key, int> made;
   std::map<int, std::vector<int>> between;  // of each new node: the old ones on the edge, the face or in the element that it lies in
 
@@ -160,9 +254,39 @@ class Refinement {
     out.model.elements.push_back(e);
   }
 
+  // The element with its middles, single layers in two.
+  void raise(const FeElement& e, const Mat3X& X, const std::array<bool, 3>& layer) {
+    const FeShape shape = quadratic_shape(e);
+    std::vector<Part> parts = {corner_places(e.shape)};
+    for (int d = 0; d < 3; ++d) {
+      if (!layer[d]) continue;
+      std::vector<Part> halves;
+      for (const Part& part : parts)
+        for (const double middle : {-0.5, 0.5}) {
+          halves.push_back(part);
+          halves.back().row(d) = (0.5 * part.row(d)).array() + middle;
+        }
+      parts = std::move(halves);
+    }
+    out.raised = true;
+    FeElement raised = e;
+    raised.shape = shape;
+    raised.formulation = FeFormulation::full;
+    for (const Part& part : parts) {
+      std::vector<int> nodes(fe_node_count(shape), -1);
+      for (int a = 0; a < part.cols(); ++a) {
+        nodes[a] = node(e, X, part.col(a));
+        for (int b = 0; b < a; ++b)
+          if (const int m = fe_middle(shape, a, b); m >= 0) nodes[m] = node(e, X, 0.5 * (part.col(a) + part.col(b)));
+      }
+      add(raised, nodes);
+    }
+  }
+
   void divide(const FeElement& e, int index) {
     Mat3X X(3, e.count);
     for (int i = 0; i < e.count; ++i) X.col(i) = model.nodes[model.connectivity[e.first + i]];
+    if (finer == FeFiner::quadratic && quadratic_shape(e) != e.shape) return raise(e, X, layers[index]);
     const auto thickness = model.node_thickness.find(index);
     for (const Part& part : parts_of(e.shape, X)) {
       std::vector<int> nodes(e.count, -1);
@@ -200,6 +324,9 @@ class Refinement {
     if (!fresh) return at->second;
     out.model.nodes.emplace_back(X * N);
     out.model.node_ids.push_back(0);
+    auto& interpolated = out.shares[at->second];
+    for (int i = 0; i < N.size(); ++i)
+      if (std::abs(N(i)) > 1e-9) interpolated.emplace_back(nodes[i], N(i));
     std::vector<int>& old = between[at->second];
     for (size_t a = 0; a < places.size(); ++a) {
       old.push_back(nodes[places[a]]);
@@ -260,16 +387,17 @@ class Refinement {
 
 }  // namespace
 
-double refined_growth(const FeModel& model) {
+double refined_growth(const FeModel& model, FeFiner finer) {
   double before = 0.0, after = 0.0;
   for (const FeElement& e : model.elements) {
     before += e.count;
-    after += e.count * (fe_is_solid(e.shape) ? 8.0 : fe_is_shell(e.shape) ? 4.0 : e.shape == FeShape::beam2 ? 2.0 : 1.0);
+    const bool raised = finer == FeFiner::quadratic && quadratic_shape(e) != e.shape && e.shape != FeShape::tetrahedron4;
+    after += e.count * (raised ? 4.0 : fe_is_solid(e.shape) ? 8.0 : fe_is_shell(e.shape) ? 4.0 : e.shape == FeShape::beam2 ? 2.0 : 1.0);
   }
   return before > 0.0 ? after / before : 1.0;
 }
 
-std::optional<FeRefined> refine(const FeModel& model, const std::vector<FeConstraint>& held) {
+std::optional<FeRefined> refine(const FeModel& model, const std::vector<FeConstraint>& held, FeFiner finer) {
   if (model.matrices) return std::nullopt;
   std::set<int> meshed;
   bool any = false;
@@ -282,7 +410,7 @@ std::optional<FeRefined> refine(const FeModel& model, const std::vector<FeConstr
     for (const FeEquation::Term& t : equation.terms)
       if (meshed.contains(t.node)) return std::nullopt;
   if (!any) return std::nullopt;
-  return Refinement(model, held).run();
+  return Refinement(model, held, finer).run();
 }
 
 }  // namespace flexframe::sim

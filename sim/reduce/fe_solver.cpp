@@ -271,6 +271,12 @@ MatX FeSolver::respond(const MatX& p, double eigenvalue, const FeModes* known, d
   }
 }
 
+MatX FeSolver::approximate(MatX p) const {
+  cholesky->solve(p);
+  if (R.cols() > 0) add_product(p, -1.0, R, product_tn(MR, p));
+  return p;
+}
+
 FeEstimate estimate_modes(const FeModel& model, const FeSystem& system) {
   Vec3 lower = Vec3::Constant(1e300), upper = Vec3::Constant(-1e300);
   for (size_t i = 0; i < model.nodes.size(); ++i)

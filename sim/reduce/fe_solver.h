@@ -56,6 +56,9 @@ class FeSolver {
   // p: free x k. tolerance: of the residual against p. known: modes (or M-orthonormal fields that diagonalise K) to start from.
   MatX respond(const MatX& p, double eigenvalue = 0.0, const FeModes* known = nullptr, double tolerance = 1e-11) const;
 
+  // About the elastic part of K^-1 p (that of (K + s M)^-1 p), p: free x k: a preconditioner.
+  MatX approximate(MatX p) const;
+
   const FeReduced& system;
 
  private:

@@ -409,7 +409,20 @@ void condense(const FeModel& model, const FeSystem& system, Dependents& dependen
   if (count == 0) throw InputError(fmt::format("{}: supports and equations hold every motion of the model", model.file));
   out.T.resize(system.size, count);
   out.T.setFromTriplets(terms.begin(), terms.end());
+  const bool held_alone = terms.size() == static_cast<size_t>(count);  // every motion that is left is the system's own
+  const auto picked = [&](const SparseMatrix& lower) {
+    SparseMatrix small(count, count);
+    small.reserve(lower.nonZeros());
+    for (int c = 0; c < count; ++c) {
+      small.startVec(c);
+      for (SparseMatrix::InnerIterator it(lower, out.own[c]); it; ++it)
+        if (column[it.row()] >= 0) small.insertBack(column[it.row()], c) = it.value();
+    }
+    small.finalize();
+    return small;
+  };
   const auto project = [&](const SparseMatrix& lower) {
+    if (held_alone) return picked(lower);
     const SparseMatrix full = lower.selfadjointView<Eigen::Lower>();
     const SparseMatrix half = full * out.T;
     const SparseMatrix small = out.T.transpose() * half;

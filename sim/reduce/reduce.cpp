@@ -456,32 +456,52 @@ class Reducer {
           U.cols(), held, 100.0 * shares.maxCoeff()));
   }
 
-  // The error of the mesh by dividing it, where that costs a second or so. nullopt: it costs more, or cannot be done.
+  // Whether the memory that is left holds a finer mesh's matrices and the vectors of its iteration.
+  bool room_for_division() const {
+    const double growth = refined_growth(model, FeFiner::quadratic), columns = growth * system.size;
+    // Bricks that become quadratic have three times as many neighbours. Bytes of an entry; M has a third of them; once more what is held.
+    const double neighbours = growth < refined_growth(model) ? 3.0 : 1.0, entry = reduced.identity ? 16.0 : 32.0;
+    constexpr double vectors = 8.0 * 130.0;
+    const double per_column = neighbours * entry * static_cast<double>(reduced.K().nonZeros()) / reduced.size() + vectors;
+    const double room = options.memory_limit > 0.0 ? options.memory_limit - out.report.estimated_bytes : available_memory();
+    return columns * per_column < room;
+  }
+
+  // The error of the mesh by a finer one: by its own factor where that costs a second or less, else by iteration from this one's. nullopt:
+  // it needs more memory than there is, or cannot be done.
   std::optional<VecX> by_division(const MatX& U) {
     constexpr double dear = 1.2e7;  // entries of a factor: about a second with the modes
     constexpr int most_times = 2;   // then the error of the finer mesh no longer counts
-    FeDivision division{options.held, 0, options.threads, ask};
+    FeDivision division{options.held, 0, FeFiner::divided, nullptr, options.threads, ask};
     const double growth = std::pow(refined_growth(model), 4.0 / 3.0);
     for (double entries = solver->factor_entries() * growth; entries <= dear && division.times < most_times; entries *= growth)
       ++division.times;
-    if (division.times == 0) return std::nullopt;
-    say("the mesh divided");
+    if (division.times == 0) {
+      division.times = 1;
+      division.finer = FeFiner::quadratic;
+      division.coarse = solver.get();
+      if (!room_for_division()) return std::nullopt;
+    }
+    say(division.coarse ? "a finer mesh, by iteration" : "the mesh divided");
     // The body's coordinates are the model's modes only where those were asked for; one may be a mixture of several.
     const auto count = static_cast<int>(U.cols());
     const int most = reduced.size() - solver->rigid();
     FeModes modes;
     std::optional<VecX> errors;
     try {
-      modes = solver->modes(std::min(count + 4, most), 0.0, MatX(reduced.size(), 0), {});
-      modes.vectors = reduced.expand(modes.vectors);
-      errors = divided_mesh_error(model, system, modes, division);
+      // Some more: modes that this mesh has above others may be below them. Eight vectors cost the iteration as much as one.
+      const int asked = std::min(count + (division.coarse ? 2 : 4), most);
+      if (method == ReduceMethod::eigenmodes && basis.eigenvalues.size() >= asked)
+        modes = {basis.eigenvalues.head(asked), basis.vectors.leftCols(asked)};
+      else modes = solver->modes(asked, 0.0, MatX(reduced.size(), 0), {});
+      errors = divided_mesh_error(model, system, reduced, modes, count, division);
     } catch (const SimulationError&) {
       return std::nullopt;  // hardly any mode but those of the interfaces
     } catch (const InputError&) {
       return std::nullopt;  // elements so distorted that their parts are inside out
     }
     if (!errors) return std::nullopt;
-    const MatX share = product_tn(modes.vectors, symmetric_product(system.M, U)).cwiseAbs2();
+    const MatX share = product_tn(reduced.expand(modes.vectors), symmetric_product(system.M, U)).cwiseAbs2();
     return VecX((share.transpose() * *errors).cwiseQuotient(share.colwise().sum().transpose()));
   }
 

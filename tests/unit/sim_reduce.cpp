@@ -271,6 +271,36 @@ TEST(Reduce, ErrorOfTheMeshIsTold) {
   EXPECT_GE(fine, 2);
 }
 
+// The same of meshes too large to be divided and factorised: against the frequencies of a fine mesh of quadratic elements, which the factor
+// of that gives. Bricks and tetrahedra become quadratic, bricks with incompatible modes are divided.
+TEST(Reduce, ErrorOfALargerMeshIsTold) {
+  const double L = 1.0, b = 0.1, h = 0.05;
+  constexpr int alone = 3;  // bending; those above lie close together, and coarse elements change their order
+  ReduceOptions o;
+  o.modes = 6;
+  o.node_count = 2;
+  o.stiffening = false;
+  const Reduction fine = reduce(bar(FeShape::hexahedron20, 24, 3, 3, L, b, h, soft()), o);
+  const std::pair<FeShape, FeFormulation> cases[] = {{FeShape::hexahedron8, FeFormulation::full},
+                                                     {FeShape::hexahedron8, FeFormulation::incompatible},
+                                                     {FeShape::tetrahedron4, FeFormulation::full}};
+  int coarse = 0;
+  for (const auto& [shape, formulation] : cases) {
+    FeModel m = bar(shape, 24, 10, 8, L, b, h, soft());
+    for (FeElement& e : m.elements) e.formulation = formulation;
+    bool iterated = false;
+    const Reduction r = reduce(m, o, [&](const std::string& text) { iterated = iterated || text == "a finer mesh, by iteration"; });
+    EXPECT_TRUE(iterated);
+    ASSERT_EQ(r.report.mesh_errors.size(), 6);
+    for (int k = 0; k < alone; ++k) {
+      const double wrong = r.report.frequencies(k) / fine.report.frequencies(k) - 1.0;
+      coarse += wrong > 0.01;
+      EXPECT_NEAR(r.report.mesh_errors(k), wrong, 0.3 * std::abs(wrong) + 0.001) << fe_name(shape) << ' ' << static_cast<int>(formulation);
+    }
+  }
+  EXPECT_GE(coarse, 4);
+}
+
 // Clamped plate strip of shells: first bending frequency and tip deflection of the beam (Poisson's ratio zero).
 TEST(Reduce, ShellStrip) {
   const double L = 1.0, b = 0.1, t = 0.01;
