@@ -5,6 +5,7 @@
 #include "sim/dynamics/closure.h"
 #include "sim/dynamics/massless.h"
 #include "sim/dynamics/signals.h"
+#include "sim/run/lost_loops.h"
 #include "sim/run/method_choice.h"
 #include "sim/run/stop_reasons.h"
 #include "sim/run/stop_springs.h"
@@ -91,6 +92,8 @@ class MotionRun {
   SolverStatistics run();
   // After run has thrown: the scene's body whose kinetic energy was lost, -1 if none.
   int lost_body() const;
+  // Whether it ended as steps left loops where they cannot be.
+  bool lost_loops() const { return lost; }
 
  private:
   // ---- The problem that the integrators solve ----
@@ -177,6 +180,7 @@ class MotionRun {
   std::vector<std::string> changes;
   bool slips = false;
   bool anew = false;     // nothing has been evaluated since the integrator began
+  bool lost = false;     // the run ends as loops cannot be followed
   bool passing = false;  // a step passes a change point: its loops may be on either side of it
 };
 
@@ -381,7 +385,9 @@ bool MotionRun::step(double end) {
   } catch (const SimulationError& error) {
     if (close_anew()) return false;
     // What no method can integrate fails again.
+    lost = !system.model.loops.empty();
     if (!automatic || method == Method::dirk || idle) give_up(error.what(), integrator->complaint());
+    lost = false;
     use(Method::dirk, y);
     begin(integrator->time());
     return false;
@@ -433,6 +439,7 @@ void MotionRun::run_segment(double end) {
         begin(integrator->previous_time());
         continue;
       }
+      lost = !system.model.loops.empty();
       const std::string bent = bent_too_far(system, now, y);
       if (bent.empty()) throw;
       throw SimulationError(fmt::format("{}; {}", error.what(), bent));
@@ -713,8 +720,9 @@ SolverStatistics integrate(System& system, Method method, RunSpan& span, const R
   MotionRun run(system, method, span, watch, sample);
   try {
     return run.run();
-  } catch (const SimulationError&) {
+  } catch (const SimulationError& error) {
     indefinite = run.lost_body();
+    if (indefinite < 0 && run.lost_loops()) throw LoopsLost(error.what(), system.tolerance);
     throw;
   }
 }

@@ -13,6 +13,7 @@
 #include "sim/run/judged_run.h"
 #include "sim/run/left_out.h"
 #include "sim/run/left_ranges.h"
+#include "sim/run/lost_loops.h"
 #include "sim/run/model_check.h"
 #include "sim/run/open_reactions.h"
 #include "sim/run/passes.h"
@@ -131,11 +132,12 @@ Beside estimate_time(const Scene& scene, const SimulateOptions& options, const A
 
 // The run itself, made again where its motion is far below the sizes that its errors were weighed against. judge: what beams go without is
 // looked at.
-Results simulate_alone(const Scene& scene, const SimulateOptions& options, bool judge, Alone& alone, int& indefinite) {
+Results simulate_at(std::optional<double> tolerance, const Scene& scene, const SimulateOptions& options, bool judge, Alone& alone,
+                    int& indefinite) {
   return with_narrowed_weights(alone.shares, [&](const std::vector<double>& shares, std::vector<double>& wanted) {
     System system = alone.start ? copy_start(*alone.start) : make_system(scene);
     if (options.estimate_error && !alone.start) alone.start = copy_start(system);
-    if (options.tolerance) system.tolerance = *options.tolerance;
+    if (tolerance) system.tolerance = *tolerance;
     system.weights.shares = shares;
     if (options.tell)
       for (const std::string& sentence : expected_turns(system, unasked_accuracy).texts(Severity::note)) options.tell(sentence);
@@ -182,6 +184,13 @@ Results simulate_alone(const Scene& scene, const SimulateOptions& options, bool 
         (is_deformation(w) ? alone.left_out : alone.to_measure).push_back(std::move(w));
     alone.limits = linear_limits(scene, system.model, results);
     return results;
+  });
+}
+
+Results simulate_alone(const Scene& scene, const SimulateOptions& options, bool judge, Alone& alone, int& indefinite) {
+  return with_kept_loops(options.tolerance, [&](std::optional<double> tolerance) {
+    indefinite = -1;
+    return simulate_at(tolerance, scene, options, judge, alone, indefinite);
   });
 }
 
