@@ -22,6 +22,10 @@ namespace {
 // More coordinates cost time with the third power of their number: a beam of 300 has its first ten bending frequencies to 1e-4 and those of
 // axial motion and twist, whose elements are linear, to 2e-2.
 constexpr int most_coordinates = 300;
+// Volumes of a mixed beam share this many, which leaves up to five of them (also what other beams have for `volumes`) 300 each: what looks
+// at all of them at once (frequencies, static starts, implicit steps) has one dense matrix, and 8 x 1000 elements took hours. What bends so
+// little may always have its sixteen.
+constexpr int most_of_volumes = 1500, always = 16;
 // Few modes of them cost time in proportion to the number of elements; rounding, which grows with its fourth power, is 1e-5 of a frequency
 // at 300 elements, as much as the 40th mode then lacks.
 constexpr int most_kept_elements = 300;
@@ -74,10 +78,12 @@ Layout layout_of(const BeamDef& def, const BeamEffects& e) {
   const bool by_name = def.all_elements || !def.initial.q.empty() || !def.initial.qd.empty();
   const bool choose = !by_name && layout.per_node > 0;
   const int per_node = std::max(1, layout.per_node);
-  const int most = def.keep_modes ? std::max(most_kept_elements, elements_for_modes(*def.keep_modes)) : most_coordinates / per_node - 1;
+  const int share = std::max(most_of_volumes / std::max(1, def.volumes), (always + 1) * per_node);
+  const int coordinates = std::min(most_coordinates, share);
+  const int most = def.keep_modes ? std::max(most_kept_elements, elements_for_modes(*def.keep_modes)) : coordinates / per_node - 1;
   if (choose) layout.elements = std::min(def.elements, most);
   layout.h = def.length / layout.elements;
-  const int most_nodes = def.keep_modes ? 2 * most : (most_coordinates - 1) / per_node + 1;
+  const int most_nodes = def.keep_modes ? 2 * most : (coordinates - 1) / per_node + 1;
   if (choose && layout.elements > 0) put_nodes_on_frames(def, most_nodes, layout);
   return layout;
 }

@@ -257,5 +257,34 @@ TEST(BeamVolumes, ValidityNoteSpeaksOfStockyBeamsAndHighModes) {
   EXPECT_NE(beam_validity_note(def).find("mode 40"), std::string::npos);
 }
 
+// Volumes of very many elements share their coordinates: a beam of 8 x 1000 has a motion of some 1500, not one of 8 times 300 or more; few
+// elements stay as they are, and the first frequency is the cantilever's (1.8751^4 E I / rho A L^4).
+TEST(BeamVolumes, ManyElementsInManyVolumesAreFewer) {
+  BeamDef def;
+  def.length = 0.125;  // an eighth of a metre
+  def.section.area = 4e-4;
+  def.section.iy = def.section.iz = std::pow(0.02, 4) / 12.0;
+  def.material = {7850.0, 2.1e11, 0.3};
+  def.boundary = Boundary::clamped_free;
+  def.model = BeamModel::finite_element;
+  BeamEffects effects;
+  effects.bending_xy = true;
+  const auto coordinates = [&](int volumes, int elements) {
+    def.volumes = volumes;
+    def.elements = elements;
+    return make_fe_beam(def, effects).n;
+  };
+  EXPECT_LE(8 * coordinates(8, 1000), 1500);
+  EXPECT_GT(coordinates(8, 1000), 100);
+  EXPECT_EQ(coordinates(5, 1000), coordinates(1, 1000));
+  EXPECT_EQ(coordinates(500, 16), 2 * 16);
+  def.volumes = 8;
+  def.elements = 1000;
+  const FlexibleBody body = make_fe_beam(def, effects);
+  const GeneralizedEigen modes(body.Ke, body.Me);
+  const double first = std::pow(1.875104069, 2) * std::sqrt(2.1e11 * def.section.iz / (7850.0 * 4e-4)) / (0.125 * 0.125);
+  EXPECT_NEAR(std::sqrt(modes.eigenvalues()(0)), first, 1e-5 * first);
+}
+
 }  // namespace
 }  // namespace flexframe::sim
