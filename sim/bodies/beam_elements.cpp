@@ -23,7 +23,7 @@ namespace {
 // axial motion and twist, whose elements are linear, to 2e-2.
 constexpr int most_coordinates = 300;
 // Volumes of a mixed beam share this many, which leaves up to five of them (also what other beams have for `volumes`) 300 each: what looks
-// at all of them at once (frequencies, static starts, implicit steps) has one dense matrix, and 8 x 1000 elements took hours. What bends so
+// at all of them at once (frequencies, static starts, implicit steps) has one dense matrix, 2400 rows for 8 x 1000 elements. What bends so
 // little may always have its sixteen.
 constexpr int most_of_volumes = 1500, always = 16;
 // Few modes of them cost time in proportion to the number of elements; rounding, which grows with its fourth power, is 1e-5 of a frequency
