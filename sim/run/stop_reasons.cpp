@@ -177,7 +177,9 @@ std::string likely_cause(const System& at_start, double t, const VecX& y, const 
   try {
     set_state(system, t, y.data(), true);
   } catch (const SimulationError& error) {
-    return error.what();
+    // What bends without bound takes loops beyond their reach.
+    const std::string bent = bent_too_far(system, t, y);
+    return bent.empty() ? error.what() : fmt::format("{}; {}", error.what(), bent);
   }
   if (const int part = lost_inertia(system, t, y); part >= 0) return words_of_lost(system.model.parts[static_cast<size_t>(part)], t);
   if (std::string words = bent_too_far(system, t, y); !words.empty()) return words;

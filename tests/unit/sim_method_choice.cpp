@@ -138,5 +138,17 @@ TEST(MethodChoice, WhatIsFollowedIsRight) {
   }
 }
 
+// A beam that buckles takes its slide to the limit of its reach, where the exponential method's long steps find no way: the implicit one
+// goes on from there.
+TEST(MethodChoice, WhatCannotBeFollowedIsSteppedOver) {
+  Scene scene = read_scene(std::string(FLEXFRAME_SOURCE_DIR) + "/examples/beams/buckling.toml");
+  EXPECT_EQ(chosen(scene), Method::exponential);
+  scene.simulation.duration = 10.91;
+  SimulateOptions options;
+  EXPECT_EQ(simulate_histories(scene, options).statistics.method, "dirk");
+  options.method = Method::exponential;
+  EXPECT_THROW(simulate_histories(scene, options), SimulationError);
+}
+
 }  // namespace
 }  // namespace flexframe::sim
