@@ -215,7 +215,7 @@ std::optional<Finished> judged_as_given(Task& t, AsGiven& given) {
   const Histories fine = at_times(to_histories(f.results), given.loose->times);
   const MatX time = error_of_difference * relative(*given.loose, fine);
   MatX space = MatX::Zero(time.rows(), time.cols());
-  if (const std::optional<Scene> half = t.search.halved()) {
+  if (const std::optional<Scene> half = t.search.coarser()) {
     const std::optional<Histories> coarse = t.search.run_within(*half, std::max(1.0, 3.0 * f.work()));
     if (coarse && coarse->columns == fine.columns && coarse->times.size() == fine.times.size()) {
       space = relative(*coarse, fine);

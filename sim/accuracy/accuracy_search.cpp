@@ -313,18 +313,18 @@ void Search::refine_all(std::vector<Refinement>& list, Setting& setting) {
   }
 }
 
-std::optional<Scene> Search::halved() const {
+std::optional<Scene> Search::coarser(int by) const {
   Scene out = scene_;
   bool any = false;
   for (const Resolvable& r : bodies_) {
     BeamDef& beam = std::get<BeamDef>(out.bodies[r.body].kind);
     if (r.model == BeamModel::modal) {
       for (auto& [direction, numbers] : beam.modes)
-        if (numbers.size() > 1) numbers.resize((numbers.size() + 1) / 2), any = true;
+        if (numbers.size() > 1) numbers.resize((numbers.size() + static_cast<size_t>(by) - 1) / static_cast<size_t>(by)), any = true;
       continue;
     }
     int& count = r.model == BeamModel::mixed ? beam.volumes : beam.elements;
-    if (count > 1) count = (count + 1) / 2, any = true;
+    if (count > 1) count = (count + by - 1) / by, any = true;
   }
   if (any) return out;
   return std::nullopt;

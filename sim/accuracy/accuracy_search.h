@@ -65,9 +65,9 @@ class Search {
   double refine(const Refinement& what, Setting& setting);
   // All of them at once, each by what the setting has before; by how much more is left in their `growth`.
   void refine_all(std::vector<Refinement>& list, Setting& setting);
-  // The scene with half the elements, volumes or modes of every body whose resolution may be chosen; none where it has no such body, or
-  // nothing to halve.
-  std::optional<Scene> halved() const;
+  // The scene with a half (or another share) of the elements, volumes or modes of every body whose resolution may be chosen, rounded up;
+  // none where it has no such body, or nothing to divide.
+  std::optional<Scene> coarser(int by = 2) const;
   // The same with twice the elements or volumes; none where a body has modes that the scene names.
   std::optional<Scene> doubled() const;
   // The scene with an element of half the length at most beside each end of beams where a named place sets its length, be the elements half

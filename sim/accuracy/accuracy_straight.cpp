@@ -27,6 +27,10 @@ constexpr double elastic_margin = 5.0;
 constexpr double finer_margin = 2.0;
 // Of what is left out no less than 0.4 of what is true is told (tests/trust/left_out.py).
 constexpr double effects_margin = 2.5;
+// Where so little is missing half a decade does, which with a looser run of its own costs less than a decade that costs so many times more.
+constexpr double nearly = 1.5, dear_decade = 2.5, half_a_decade = 0.3;
+// What is left out and worth less is not brought back where what is left out keeps a run from the accuracy.
+constexpr double little = 0.1;
 // What an event shifts can be worth a multiple of what is told along the motion (run_scene.cpp).
 constexpr double may_shift_events = 5e-4;
 // Vibrations that lost so much, of the range of an output, come back only at tolerances that cost more than following them does.
@@ -74,7 +78,9 @@ class Straight {
   std::optional<Finished> follow_first();
   std::optional<Finished> try_following();
   bool bring_what_shifts();
+  bool bring(double worth);
   bool judge_space();
+  bool judge_by_quarter();
   bool judge_by_doubled();
   bool space_by(const Scene& other, const ByKind& shares);
   bool by_program(const EffectState& s) const;
@@ -93,6 +99,8 @@ class Straight {
   bool warned(const Notes& notes, bool misfits = true) const;
   double price_of_volumes(const Finished& f) const;
   double energy_share() const;
+  double as_seen(double missing, double change) const;
+  bool lacks_margin_of_time() const;
   double next_work() const;
   double next_allowed() const;
   VecX sizes_of(const Histories& h) const;
@@ -111,16 +119,23 @@ class Straight {
   int few_at_first() const { return std::max(3, static_cast<int>(std::ceil(0.5 * std::pow(t_.accuracy, -1.0 / 3.0)))); }
   int refined_ = 0;                       // times that it was too few
   bool short_of_margins_ = false;         // what the estimates say has to be several times smaller
+  bool short_of_effects_ = false;         // what is left out has to be
   double space_margin_ = elastic_margin;  // by how much, of space
   double tolerance_ = 0.0;
+  double judged_at_ = 1.0;                 // the last one that was judged
+  double begin_at_ = 1.0;                  // looser ones were too loose for another way
   double before_ = 0.0, before_at_ = 0.0;  // what a decade changed at a looser tolerance, 0: not known, and this
+  double missed_ = 0.0;                    // what the energy missing there could move (energy_share)
   JudgedRun run_;
   Histories fine_, looser_;
   bool has_looser_ = false;
   bool tried_ = false;               // to follow vibrations
+  bool tried_few_ = false;           // modes, beside dear steps
   Verdict by_time_ = Verdict::kept;  // of a run that called for more effects
   double needed_ = 0.0;              // how many times as near it has to be in time
   MatX time_, space_;
+  std::optional<Histories> other_;   // the last run by which space was judged
+  double other_at_ = 0.0;            // its tolerance
   double allowed_ = longest;         // CPU s of the next run
   double until_ = 1e300;             // work_seconds() at which this ends
   double step_ = 0.1;                // by which the tolerance has to fall
@@ -204,6 +219,17 @@ double Straight::energy_share() const {
   return out;
 }
 
+// What of it counts where a decade brought most of the energy back: what came back moved the outputs by `change`, and what is still missing
+// moves them in proportion, within elastic_margin. The bound above holds where one vibration has all of it;
+// most of what is missing after a blow is the blow's own error (flap on a stop at 1e-7: 1e-2 by its energy where 6e-5 is true; it was run
+// down to 1e-10). Vibrations that both runs step over miss the same energy in both.
+double Straight::as_seen(double missing, double change) const {
+  constexpr double mostly_back = 2.0;
+  if (missed_ < mostly_back * missing) return missing;
+  const double back = std::sqrt(missed_ * missed_ - missing * missing);
+  return missing * std::min(1.0, elastic_margin * change / back);
+}
+
 // What the next run may take: of elements of which a few modes would do, where events shift with tighter steps, no more than what would
 // have kept it from being made; a method that has to follow all that they vibrate takes a multiple of what the last decade tells.
 double Straight::next_allowed() const {
@@ -236,14 +262,19 @@ Straight::Verdict Straight::judge_time(const Scene& scene) {
   step_ = 0.1;
   if (!run_.scene.simulation.static_start && nothing_counts(fine_, looser_)) return Verdict::tighter;
   const double change = largest(time_), decades = before_ > 0.0 ? std::max(1.0, std::log10(before_at_ / tolerance_)) : 1.0;
+  // This looser run is the one before, or looser.
+  const bool decade = before_ > 0.0 && before_at_ < 1.01 * 10.0 * tolerance_;
   const double falls = before_ > 0.0 ? std::pow(before_ / std::max(change, 1e-300), 1.0 / decades) : 0.0;
   const double factor = before_ <= 0.0 ? 1.0 : falls < 4.0 / 3.0 ? 3.0 : std::max(error_of_difference, 1.0 / (falls - 1.0));
   time_ *= factor;
   before_ = change, before_at_ = tolerance_;
-  const double lost = energy_share();
-  const double needed = needed_ = std::max(largest(time_) / (share_of_time * t_.accuracy), lost / t_.accuracy);
+  const double missing = energy_share(), lost = decade ? as_seen(missing, change) : missing;
+  missed_ = missing, judged_at_ = tolerance_;
+  const double in_time = largest(time_) / (share_of_time * t_.accuracy), needed = needed_ = std::max(in_time, lost / t_.accuracy);
   if (needed <= 1.0) return Verdict::kept;
-  step_ = std::clamp(std::pow(needed, -1.0 / cautious_order), 1e-2, 0.1);
+  // Where vibrations cannot be followed the next decade, of which this is the looser run, tells how much of the energy's word counts.
+  step_ = std::clamp(std::pow(t_.search.smooth && t_.search.rings ? needed : in_time, -1.0 / cautious_order), 1e-2, 0.1);
+  if (needed < nearly && next_work() > dear_decade * run_.results.statistics.work) step_ = half_a_decade;
   const bool vibrates = t_.search.smooth && t_.search.elastic && !follows_vibrations(t_.options->method);
   if (vibrates && t_.search.rings && needed > 30.0) return Verdict::follow;
   // With few modes that costs less than one more decade; where much lacks, less than the decades that it takes, damped or not.
@@ -290,7 +321,9 @@ bool Straight::space_by(const Scene& other, const ByKind& shares) {
     for (Eigen::Index c = 0; c < space_.rows(); ++c) {
       space_.row(c) *= sizes[c] > 0.0 ? of_kind(fine_.units[c], shares) / sizes[c] : 0.0;
     }
-    if (largest(space_) <= share_of_space * t_.accuracy) return true;
+    const bool small = largest(space_) <= share_of_space * t_.accuracy;
+    other_ = std::move(*run), other_at_ = at;
+    if (small) return true;
   }
   return false;
 }
@@ -299,18 +332,47 @@ bool Straight::space_by(const Scene& other, const ByKind& shares) {
 // bring more than half of what lacks in places, half in rates, a third in forces.
 constexpr ByKind by_finer{1.5, 2.0, 3.0};
 
+// Whether the margins of an estimate ask for tighter steps, whatever space takes, and these cost little enough (judge_time).
+bool Straight::lacks_margin_of_time() const {
+  return t_.search.elastic && t_.search.has_levels() && elastic_margin * largest(time_) > t_.accuracy &&
+         next_work() <= std::max(dear_step, dearer_step * run_.results.statistics.work);
+}
+
 bool Straight::judge_space() {
   space_ = MatX::Zero(time_.rows(), time_.cols());
   space_margin_ = elastic_margin;
+  other_.reset();
   if (!t_.search.has_levels()) return true;
   if (few_ > 0) {
     space_margin_ = finer_margin;
     return space_by(t_.search.with_modes(more_than_few(), least_more), by_finer);
   }
   const int fewest = t_.search.fewest();
-  const std::optional<Scene> half = t_.search.halved();
+  const std::optional<Scene> half = t_.search.coarser();
   if (fewest < 2 || !half) return false;
   return space_by(*half, by_half(fewest));
+}
+
+// How fast half the elements brought it down from a quarter of them: they go on by no less. Of an order p, 1 / (2^p - 1) of the last change
+// lacks; more than three times a step are not reckoned with, as few elements fall steeply at first. A run that costs a tenth of one with
+// twice the elements.
+bool Straight::judge_by_quarter() {
+  constexpr int enough = 8;
+  constexpr double slowest = 1.5, steepest = 3.0;
+  if (few_ > 0 || space_.size() == 0 || !other_ || t_.search.fewest() < enough) return false;
+  const std::optional<Scene> quarter = t_.search.coarser(4);
+  const std::optional<Histories> run = quarter ? loose_run(*quarter, other_at_) : std::nullopt;
+  const Histories fine = other_at_ > tolerance_ ? looser_ : at_times(fine_, looser_.times);
+  if (!run || run->columns != fine.columns || run->times.size() != fine.times.size()) return false;
+  const MatX first = run->values - other_->values, second = other_->values - fine.values;
+  const VecX sizes = sizes_of(fine);
+  for (Eigen::Index c = 0; c < space_.rows(); ++c) {
+    const double last = largest(second.row(c)), falls = std::min(steepest, largest(first.row(c)) / std::max(last, 1e-300));
+    if (falls < slowest || sizes[c] <= 0.0) continue;
+    space_.row(c) = second.row(c) / ((falls - 1.0) * sizes[c]);
+  }
+  space_margin_ = finer_margin;
+  return largest(space_) <= share_of_space * t_.accuracy;
 }
 
 // Where half the elements promise it, twice as many tell how far these are off: a run where a search makes fifty.
@@ -349,10 +411,11 @@ bool Straight::judge_deformations(bool following) {
 
 bool Straight::by_program(const EffectState& s) const { return t_.search.decides(s) || (s.effect == "shear" && s.by == "program"); }
 
-// Whether the program left it out, not the scene.
+// Whether the program left it out, not the scene. A scene of few modes lists what the search has switched on as its own would.
 bool Straight::decided(const LeftOutWorth& w) const {
+  const std::vector<EffectState>& states = few_ > 0 ? t_.search.states : run_.effects;
   return std::all_of(w.owners.begin(), w.owners.end(), [&](const std::string& owner) {
-    return std::any_of(run_.effects.begin(), run_.effects.end(), [&](const EffectState& s) {
+    return std::any_of(states.begin(), states.end(), [&](const EffectState& s) {
       if (s.owner != owner || s.effect != w.effect) return false;
       return by_program(s);
     });
@@ -369,11 +432,13 @@ bool Straight::judge_effects(bool following) { return judge_deformations(followi
 
 // Deformations that may not be left out because events shift with them come, before a search begins that would bring them too; whether
 // there were any.
-bool Straight::bring_what_shifts() {
-  if (!t_.search.touches || few_ > 0) return false;
+bool Straight::bring_what_shifts() { return t_.search.touches && few_ == 0 && bring(may_shift_events); }
+
+// Deformations that the program left out and that are worth more come on; whether there were any.
+bool Straight::bring(double worth) {
   bool more = false;
   for (const LeftOutWorth& w : run_.left_out) {
-    if (!w.possible || w.share <= may_shift_events || !decided(w)) continue;
+    if (!w.possible || w.share <= worth || !decided(w)) continue;
     const std::vector<EffectState> states = t_.search.states;
     for (const EffectState& s : states)
       if (!s.on && s.effect == w.effect && by_program(s) && std::find(w.owners.begin(), w.owners.end(), s.owner) != w.owners.end())
@@ -499,7 +564,9 @@ std::optional<Finished> Straight::finish_as_written() {
     if (!t_.search.has_levels()) margin = 1.0;
     return f.add_up(thinned, margin * time_, std::min(margin, space_margin_) * space_, margin * effects) > t_.accuracy;
   };
-  short_of_margins_ = exceeds(elastic_margin, none) || exceeds(effects_margin, left_out);
+  const bool without_effects = exceeds(elastic_margin, none);
+  short_of_effects_ = !without_effects && exceeds(effects_margin, left_out);
+  short_of_margins_ = without_effects || short_of_effects_;
   f.add_up(thinned, time_, space_, left_out);
   if (short_of_margins_) return std::nullopt;
   t_.decade = std::max(1.05, run_.results.statistics.work / std::max(looser_.statistics.work, 1e-9));
@@ -730,12 +797,14 @@ std::optional<Finished> Straight::try_few(const Scene& as_given, const Search& s
   Straight few(task);
   few.few_ = few_at_first();
   few.tried_ = true;  // to follow vibrations
+  few.begin_at_ = judged_at_;
   few.until_ = std::min(until_, begun + within);
   std::optional<Finished> f;
   try {
     f = few.go(as_given);
   } catch (const SearchSpent&) {}
   if (f) t_ = std::move(task);
+  else begin_at_ = few.judged_at_;
   until_ += work_seconds() - begun;
   t_.search.until = until_;
   return f;
@@ -745,21 +814,22 @@ std::optional<Finished> Straight::go(const Scene& as_given) {
   const Search search = t_.search;
   const auto tighten = [this](double last) {
     // One decade finds its looser run already there.
-    const bool decade = has_looser_ && step_ > 0.05;
+    const bool decade = has_looser_ && step_ > 0.05 && step_ < half_a_decade;
     tolerance_ = std::max(1e-11, (decade ? 0.1 : step_) * last);
-    if (decade) looser_ = at_times(fine_, looser_.times);
+    if (begin_at_ < tolerance_) tolerance_ = begin_at_, has_looser_ = false;
+    else if (decade) looser_ = at_times(fine_, looser_.times);
     else has_looser_ = false;
   };
-  tolerance_ = first_tolerance();
+  tolerance_ = std::min(first_tolerance(), begin_at_);
   if (t_.search.dear_as_given()) few_ = few_at_first();
   if (few_ > 0 && !tried_)
     if (std::optional<Finished> f = follow_first()) return f;
   Scene scene = as_given;
-  constexpr int most_tries = 6;
+  constexpr int most_tries = 8;
   constexpr double far_off = 30.0;
   bool brought = false;
   for (int k = 0; k < most_tries; ++k) {
-    const double last = tolerance_;
+    double last = tolerance_;
     const Search uncalled = t_.search;
     bool ran = run_pilot(scene, false);
     if (ran && run_.called) {
@@ -767,7 +837,7 @@ std::optional<Finished> Straight::go(const Scene& as_given) {
       if (called == Verdict::follow) return judge_effects(true) ? follow_vibrations(unlimited) : std::nullopt;
       if (called == Verdict::rather_follow) {
         if (std::optional<Finished> f = try_following()) return f;
-        if (std::optional<Finished> f = try_few(as_given, search, allowed_to_try())) return f;
+        if (std::optional<Finished> f = try_few(as_given, t_.search, allowed_to_try())) return f;
       }
       // A run so far from the motion calls for what its own errors look like.
       if (by_time_ == Verdict::tighter && needed_ > far_off) {
@@ -777,6 +847,7 @@ std::optional<Finished> Straight::go(const Scene& as_given) {
         continue;
       }
       has_looser_ = false, before_ = 0.0;
+      last = tolerance_ = std::min(tolerance_, begin_at_);
       ran = run_pilot(run_.scene);
     }
     if (!ran) {
@@ -796,16 +867,35 @@ std::optional<Finished> Straight::go(const Scene& as_given) {
     allowed_ = next_allowed();
     if (verdict == Verdict::kept) {
       left = for_search(true);
+      if (lacks_margin_of_time()) {
+        tighten(last);
+        continue;
+      }
       if (!judge_effects()) {
-        if (std::exchange(brought, true) || !bring_what_shifts()) return std::nullopt;
+        // What no run called for, as it is worth something beside others only, comes before a search begins too.
+        if (std::exchange(brought, true) || !(bring_what_shifts() || bring(share_of_effects * t_.accuracy))) return std::nullopt;
         scene = t_.search.scene();
         has_looser_ = false, before_ = 0.0;
         --k;
         continue;
       }
-      bool resolved = judge_space();
+      short_of_effects_ = false;
+      // Beside few modes they cost little.
+      bool more = few_ > 0 && effects_margin * effects_ > share_of_effects * t_.accuracy && bring(little * t_.accuracy);
+      bool resolved = !more && judge_space();
       if (resolved)
         if (std::optional<Finished> f = finish_as_written(); f || !short_of_margins_) return f;
+      more = more || (short_of_effects_ && bring(little * t_.accuracy));
+      if (more) {
+        scene = t_.search.scene();
+        has_looser_ = false, before_ = 0.0;
+        --k;
+        continue;
+      }
+      if (judge_by_quarter()) {
+        resolved = true;
+        if (std::optional<Finished> f = finish_as_written(); f || !short_of_margins_) return f;
+      }
       if (judge_by_doubled()) {
         resolved = true;
         if (std::optional<Finished> f = finish_as_written(); f || !short_of_margins_) return f;
@@ -825,6 +915,11 @@ std::optional<Finished> Straight::go(const Scene& as_given) {
     }
     if (verdict == Verdict::lost && !t_.search.smooth) return try_few(as_given, search, few_allowance);
     if (verdict == Verdict::lost) return std::nullopt;
+    // Where tighter steps of all coordinates are dear, as vibrations that nothing damps come back with them, a few modes may do for less.
+    if (t_.search.touches && t_.search.elastic && few_ == 0 && !tried_few_ && next_work() > dear_step) {
+      tried_few_ = true;
+      if (std::optional<Finished> f = try_few(as_given, t_.search, std::min(few_allowance, next_work()))) return f;
+    }
     // Where that does not do, tighter steps may.
     if (verdict == Verdict::rather_follow && !tried_) {
       if (std::optional<Finished> f = try_following()) return f;

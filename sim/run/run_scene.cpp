@@ -46,7 +46,7 @@ struct Called {
   bool more = false;
   // Of the deflection, what bending in a body's own frame may lack before it is followed further: all that is tolerated, or of an accuracy
   // that is asked for a share which leaves room for the errors of time and space, as following it costs twice as much.
-  double tolerated_bending() const { return asked == unasked_accuracy ? asked : 0.2 * asked; }
+  double tolerated_bending() const { return asked == unasked_accuracy ? asked : 0.3 * asked; }
 };
 
 // What the motion calls for.
