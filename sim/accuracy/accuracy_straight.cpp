@@ -11,6 +11,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <variant>
@@ -69,6 +70,12 @@ class Straight {
   bool run_few(const SimulateOptions& options, bool again);
   const Scene& as_run(const Scene& scene) const { return few_ > 0 ? few_scene_ : scene; }
   int more_than_few() const { return std::max(few_ + least_more, few_ + few_ / 2); }
+  // What came of judging space: the end, with the run or a search that has to begin; effects that have come; or neither.
+  struct Spaced {
+    std::optional<Finished> finished;
+    bool ends = false, more = false, resolved = false;
+  };
+  Spaced finish_in_space();
   bool refine_few();
   std::optional<Finished> try_few(const Scene& as_given, const Search& search, double within);
   double allowed_to_try() const;
@@ -129,10 +136,12 @@ class Straight {
   JudgedRun run_;
   Histories fine_, looser_;
   bool has_looser_ = false;
-  bool tried_ = false;               // to follow vibrations
-  bool tried_few_ = false;           // modes, beside dear steps
-  Verdict by_time_ = Verdict::kept;  // of a run that called for more effects
-  double needed_ = 0.0;              // how many times as near it has to be in time
+  bool tried_ = false;                                    // to follow vibrations
+  bool tried_few_ = false;                                // modes, beside dear steps
+  bool brought_ = false;                                  // what kept it from being judged
+  std::set<std::pair<std::string, std::string>> pinned_;  // bodies and their effects that have been brought
+  Verdict by_time_ = Verdict::kept;                       // of a run that called for more effects
+  double needed_ = 0.0;                                   // how many times as near it has to be in time
   MatX time_, space_;
   std::optional<Histories> other_;   // the last run by which space was judged
   double other_at_ = 0.0;            // its tolerance
@@ -434,15 +443,17 @@ bool Straight::judge_effects(bool following) { return judge_deformations(followi
 // there were any.
 bool Straight::bring_what_shifts() { return t_.search.touches && few_ == 0 && bring(may_shift_events); }
 
-// Deformations that the program left out and that are worth more come on; whether there were any.
+// Deformations that the program left out and that are worth more come on; whether there were any. What one beam has may change what the
+// program decides for another (two beams in a loop whose length only one of them has to give), which then is pinned.
 bool Straight::bring(double worth) {
   bool more = false;
   for (const LeftOutWorth& w : run_.left_out) {
     if (!w.possible || w.share <= worth || !decided(w)) continue;
     const std::vector<EffectState> states = t_.search.states;
     for (const EffectState& s : states)
-      if (!s.on && s.effect == w.effect && by_program(s) && std::find(w.owners.begin(), w.owners.end(), s.owner) != w.owners.end())
-        t_.search.set_effect(s, true), more = true;
+      if (!pinned_.contains({s.owner, s.effect}) && s.effect == w.effect && by_program(s) &&
+          std::find(w.owners.begin(), w.owners.end(), s.owner) != w.owners.end())
+        t_.search.set_effect(s, true), pinned_.insert({s.owner, s.effect}), more = true;
   }
   return more;
 }
@@ -810,6 +821,30 @@ std::optional<Finished> Straight::try_few(const Scene& as_given, const Search& s
   return f;
 }
 
+// A run that keeps the accuracy in time, judged by what it leaves out and in space by whatever it takes, each dearer than the one before.
+Straight::Spaced Straight::finish_in_space() {
+  Spaced out;
+  const auto finished = [&] {
+    out.resolved = true;
+    out.finished = finish_as_written();
+    out.ends = out.finished || !short_of_margins_;
+    return out.ends;
+  };
+  if (!judge_effects()) {
+    // What no run called for, as it is worth something beside others only, comes before a search begins too.
+    out.more = !std::exchange(brought_, true) && (bring_what_shifts() || bring(share_of_effects * t_.accuracy));
+    out.ends = !out.more;
+    return out;
+  }
+  short_of_effects_ = false;
+  // Beside few modes they cost little.
+  out.more = few_ > 0 && effects_margin * effects_ > share_of_effects * t_.accuracy && bring(little * t_.accuracy);
+  if (out.more || (judge_space() && finished())) return out;
+  out.more = short_of_effects_ && bring(little * t_.accuracy);
+  if (!out.more && !(judge_by_quarter() && finished()) && judge_by_doubled()) finished();
+  return out;
+}
+
 std::optional<Finished> Straight::go(const Scene& as_given) {
   const Search search = t_.search;
   const auto tighten = [this](double last) {
@@ -827,7 +862,6 @@ std::optional<Finished> Straight::go(const Scene& as_given) {
   Scene scene = as_given;
   constexpr int most_tries = 8;
   constexpr double far_off = 30.0;
-  bool brought = false;
   for (int k = 0; k < most_tries; ++k) {
     double last = tolerance_;
     const Search uncalled = t_.search;
@@ -871,34 +905,13 @@ std::optional<Finished> Straight::go(const Scene& as_given) {
         tighten(last);
         continue;
       }
-      if (!judge_effects()) {
-        // What no run called for, as it is worth something beside others only, comes before a search begins too.
-        if (std::exchange(brought, true) || !(bring_what_shifts() || bring(share_of_effects * t_.accuracy))) return std::nullopt;
+      Spaced space = finish_in_space();
+      if (space.ends) return std::move(space.finished);
+      if (space.more) {
         scene = t_.search.scene();
         has_looser_ = false, before_ = 0.0;
         --k;
         continue;
-      }
-      short_of_effects_ = false;
-      // Beside few modes they cost little.
-      bool more = few_ > 0 && effects_margin * effects_ > share_of_effects * t_.accuracy && bring(little * t_.accuracy);
-      bool resolved = !more && judge_space();
-      if (resolved)
-        if (std::optional<Finished> f = finish_as_written(); f || !short_of_margins_) return f;
-      more = more || (short_of_effects_ && bring(little * t_.accuracy));
-      if (more) {
-        scene = t_.search.scene();
-        has_looser_ = false, before_ = 0.0;
-        --k;
-        continue;
-      }
-      if (judge_by_quarter()) {
-        resolved = true;
-        if (std::optional<Finished> f = finish_as_written(); f || !short_of_margins_) return f;
-      }
-      if (judge_by_doubled()) {
-        resolved = true;
-        if (std::optional<Finished> f = finish_as_written(); f || !short_of_margins_) return f;
       }
       if (refine_few()) {
         --k;  // the tolerance is the same
@@ -906,8 +919,8 @@ std::optional<Finished> Straight::go(const Scene& as_given) {
       }
       // Its elements do not tell: modes do, before a search.
       const bool may_follow = t_.search.smooth && t_.search.elastic && !follows_vibrations(t_.options->method);
-      if (!resolved && (tried_ || !may_follow)) return std::nullopt;
-      if (!resolved) return try_following();
+      if (!space.resolved && (tried_ || !may_follow)) return std::nullopt;
+      if (!space.resolved) return try_following();
     }
     if (verdict == Verdict::follow) {
       if (!judge_effects(true)) return std::nullopt;
