@@ -3,27 +3,25 @@
 Random bars, plates, L-shaped and holed bodies of some 4000 to 15000 degrees of freedom or more, from one to many layers of tetrahedra or
 bricks, tapered, bent and twisted, held at one end or free: models that `reduce` cannot simply divide in a second. Truth: the same body by
 elements of the second order (C3D20) at half the size or less; --calculix has CalculiX solve it (minutes a body), else the program does,
-whose frequencies of a given mesh are CalculiX' (decks.py). Modes are paired by their shapes. Verdicts are those of meshes.py. Exit 1 if
+whose frequencies of a given mesh are CalculiX' (decks.py). Modes are paired by their shapes. Verdicts: mesh_verdicts.py. Exit 1 if
 there is a silent one, or more than 5 % low or high.
 """
 import argparse
-import collections
 import json
 import pathlib
 import random
 import resource
 import subprocess
 import sys
-import tempfile
 
 import h5py
 import numpy as np
 
 sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).parents[1])]
+from mesh_verdicts import MODES, judge_bodies, verdicts  # noqa: E402
 from meshed import KINDS, MIDDLES, calculix_frequencies, parts, set_of  # noqa: E402
 from scene import pick  # noqa: E402
 
-MODES, TOLD, FACTOR, USELESS = 6, 0.01, 3.0, 0.3
 MOST = 230_000  # degrees of freedom of a truth
 SEEN = 150  # nodes that modes are compared at
 ELEMENTS = ["C3D8", "C3D4", "C3D20", "C3D8I", "C3D10", "C3D20R", "C3D8", "C3D4", "C3D8R", "C3D15", "C3D6"]
@@ -138,28 +136,10 @@ def judge(program, body, folder, calculix):
         other = calculix_frequencies(folder, "truth", text, MODES + 6, body.free)
         if abs(other / truth - 1)[:MODES].max() > 1e-3:
             return None, f"CalculiX has other frequencies by {abs(other / truth - 1)[:MODES].max():.2g}"
-    like = (shapes.T @ fine_shapes) ** 2 / np.outer((shapes**2).sum(0), (fine_shapes**2).sum(0))
-    errors, out = told.get("mesh_errors") or [], []
-    warned = any("mesh is coarse" in w or "error of the mesh" in w for w in told.get("warnings", []))
-    for k, f in enumerate(told["frequencies"][:MODES]):
-        match = int(np.argmax(like[k]))
-        if like[k, match] < 0.6:
-            continue
-        true = abs(f / truth[match] - 1)
-        if k >= len(errors):
-            out.append((true, None, "silent" if true > TOLD and not warned else "untold"))
-            continue
-        e = errors[k]
-        if true > TOLD and e < min(true / FACTOR, USELESS):
-            verdict = "low" if warned else "silent"
-        elif e > TOLD and e > FACTOR * true:
-            verdict = "high"
-        else:
-            verdict = "right"
-        out.append((true, e, verdict))
     stages = told.get("cpu_seconds", {})
     rest = sum(v for k, v in stages.items() if k != "mesh error")
-    return out, f"{size} dof ({fine_size}), {seconds:.2f} s, mesh error {stages.get('mesh error', 0):.2f} of {rest:.2f} s"
+    cost = f"{seconds:.2f} s, mesh error {stages.get('mesh error', 0):.2f} of {rest:.2f} s"
+    return verdicts(told, shapes, fine_shapes, truth), f"{size} dof ({fine_size}), {cost}"
 
 
 def main():
@@ -172,31 +152,11 @@ def main():
     parser.add_argument("--calculix", action="store_true")
     args = parser.parse_args()
     program = str(pathlib.Path(args.program).resolve())
-    counts, by_kind = collections.Counter(), collections.defaultdict(collections.Counter)
-    for number in range(args.count) if args.number is None else [args.number]:
-        r = random.Random(f"large meshes {args.seed} {number}")
-        body = Body(r, args.kind or ELEMENTS[number % len(ELEMENTS)])
-        with tempfile.TemporaryDirectory(prefix="flexframe_meshes_") as folder:
-            try:
-                rows, note = judge(program, body, pathlib.Path(folder), args.calculix)
-            except ValueError as refusal:
-                rows, note = None, f"refused: {refusal}"
-        if rows is None:
-            counts["open"] += 1
-            print(f"open     {number}: {body.what}: {note}", flush=True)
-            continue
-        for _, _, verdict in rows:
-            counts[verdict] += 1
-            by_kind[body.kind][verdict] += 1
-        text = ", ".join(
-            f"{100 * t:.2g}/{'-' if e is None else format(100 * e, '.2g')}{'' if v == 'right' else ' ' + v}" for t, e, v in rows
-        )
-        print(f"{number}: {body.what}: true/told %: {text}; {note}", flush=True)
-    for kind, found in by_kind.items():
-        print(f"{kind}: " + ", ".join(f"{n} {v}" for v, n in sorted(found.items())))
-    print("all: " + ", ".join(f"{n} {v}" for v, n in sorted(counts.items())))
-    judged = sum(counts.values()) - counts["open"]
-    sys.exit(1 if counts["silent"] or counts["low"] + counts["high"] > 0.05 * judged else 0)
+
+    def body_of(number):
+        return Body(random.Random(f"large meshes {args.seed} {number}"), args.kind or ELEMENTS[number % len(ELEMENTS)])
+
+    judge_bodies(args, body_of, lambda body, folder: judge(program, body, folder, args.calculix))
 
 
 if __name__ == "__main__":

@@ -8,24 +8,20 @@ that is told three times too small (and below 30 %), "silent" one without a warn
 large. Exit 1 if there is a silent one, or more than 5 % low or high.
 """
 import argparse
-import collections
 import json
 import pathlib
 import random
 import shutil
 import subprocess
 import sys
-import tempfile
 
 import h5py
 import numpy as np
 
 sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).parents[1])]
+from mesh_verdicts import MODES, judge_bodies, verdicts  # noqa: E402
 from meshed import DIMENSION, KINDS, Mesh, calculix_frequencies, set_of  # noqa: E402
 from scene import pick  # noqa: E402
-
-MODES, TOLD, FACTOR = 6, 0.01, 3.0
-USELESS = 0.3  # an error told above this says that the frequency is nothing to go by, however large it is
 
 TURN = 0.1  # m: turns as displacements, some tenth of the body's length
 AGREE = {1: 0.1, 2: 0.03, 3: 0.01}  # both programs on the fine mesh, by dimension
@@ -123,27 +119,7 @@ def judge(program, body, folder):
         return None, f"{len(common)} common nodes"
     a = np.concatenate([shapes[p] for p in common])
     b = np.concatenate([fine_shapes[p] for p in common])
-    like = (a.T @ b) ** 2 / np.outer((a**2).sum(0), (b**2).sum(0))
-    out = []
-    errors = told.get("mesh_errors") or []
-    warned = any("mesh is coarse" in w for w in told.get("warnings", []))
-    for k, f in enumerate(told["frequencies"][:MODES]):
-        match = int(np.argmax(like[k]))
-        if like[k, match] < 0.6:
-            continue  # no mode of the fine mesh among those that are looked at, or none that is like it at the few nodes of the coarse one
-        true = abs(f / truth[match] - 1)
-        if k >= len(errors):
-            out.append((true, None, "silent" if true > TOLD and not warned else "untold"))
-            continue
-        e = errors[k]
-        if true > TOLD and e < min(true / FACTOR, USELESS):
-            verdict = "low" if warned else "silent"
-        elif e > TOLD and e > FACTOR * true:
-            verdict = "high"
-        else:
-            verdict = "right"
-        out.append((true, e, verdict))
-    return out, ""
+    return verdicts(told, a, b, truth), ""
 
 
 def main():
@@ -157,34 +133,12 @@ def main():
     if not shutil.which("ccx"):
         sys.exit("the program ccx is missing (package calculix-ccx): nothing was compared")
     program = str(pathlib.Path(args.program).resolve())
-    counts, by_kind = collections.Counter(), collections.defaultdict(collections.Counter)
-    for number in range(args.count) if args.number is None else [args.number]:
+
+    def body_of(number):
         r = random.Random(f"meshes {args.seed} {number}")
-        kind = args.kind or list(KINDS)[7 * number % len(KINDS)]  # the first ones are of all forms
-        body = Body(r, kind)
-        with tempfile.TemporaryDirectory(prefix="flexframe_meshes_") as folder:
-            try:
-                rows, why = judge(program, body, pathlib.Path(folder))
-            except ValueError as refusal:
-                rows, why = None, f"refused: {refusal}"
-            except RuntimeError as failure:
-                rows, why = None, "CalculiX: " + " ".join(str(failure).split())[-100:]
-        if rows is None:
-            counts["open"] += 1
-            print(f"open     {number}: {body.what}: {why}", flush=True)
-            continue
-        for _, _, verdict in rows:
-            counts[verdict] += 1
-            by_kind[kind][verdict] += 1
-        text = ", ".join(
-            f"{100 * t:.2g}/{'-' if e is None else format(100 * e, '.2g')}{'' if v == 'right' else ' ' + v}" for t, e, v in rows
-        )
-        print(f"{number}: {body.what}: true/told %: {text}", flush=True)
-    for kind, found in by_kind.items():
-        print(f"{kind}: " + ", ".join(f"{n} {v}" for v, n in sorted(found.items())))
-    print("all: " + ", ".join(f"{n} {v}" for v, n in sorted(counts.items())))
-    judged = sum(counts.values()) - counts["open"]
-    sys.exit(1 if counts["silent"] or counts["low"] + counts["high"] > 0.05 * judged else 0)
+        return Body(r, args.kind or list(KINDS)[7 * number % len(KINDS)])  # the first ones are of all forms
+
+    judge_bodies(args, body_of, lambda body, folder: judge(program, body, folder))
 
 
 if __name__ == "__main__":
