@@ -179,9 +179,9 @@ void warn_of_computed(const sim::Results& results, const Samples& samples, const
     const auto shown = [&](const Named& one) { return one.output->column == unseen.column; };
     if (std::none_of(spectra.begin(), spectra.end(), shown)) continue;
     warnings.push_back(
-        fmt::format("{}: {:.2g} of its swing lies between {:.4g} samples a second, as its expression is faster than they show: it appears "
-                    "at a lower frequency in this spectrum; take a larger output_rate",
-                    unseen.column, std::min(1.0, unseen.share), unseen.samples));
+        fmt::format("{}: its expression is faster than {:.4g} samples a second show, they miss {:.2g} of its swing: it appears at a lower "
+                    "frequency in this spectrum; take a larger output_rate",
+                    unseen.column, unseen.samples, std::min(1.0, unseen.share)));
   }
 }
 
