@@ -32,12 +32,6 @@
 namespace flexframe::sim {
 namespace {
 
-int part_of(const Model& model, int body, int piece) {
-  for (size_t i = 0; i < model.parts.size(); ++i)
-    if (model.parts[i].scene_body == body && model.parts[i].piece == piece) return static_cast<int>(i);
-  return -1;
-}
-
 // Nodes that the scene turns are nodes of the body's file.
 void require_turned_nodes(const Scene& scene, const BodyDef& def, const FlexibleBody& made) {
   std::vector<std::string> names;
@@ -320,6 +314,7 @@ bool stays_in_plane(const Scene& scene, const std::vector<Mat3>& orientation, co
 
 std::vector<ChainJoint> make_parts(Model& model, const Scene& scene) {
   std::vector<ChainJoint> inner;
+  model.pieces.resize(scene.bodies.size());
   for (size_t b = 0; b < scene.bodies.size(); ++b) {
     const BodyDef& def = scene.bodies[b];
     const auto* beam = std::get_if<BeamDef>(&def.kind);
@@ -340,8 +335,9 @@ std::vector<ChainJoint> make_parts(Model& model, const Scene& scene) {
         }
       }
       model.parts.push_back(part);
-      if (k == 0) continue;
       const int here = static_cast<int>(model.parts.size()) - 1;
+      model.pieces[b].push_back(here);
+      if (k == 0) continue;
       ChainJoint j;
       model.frames.push_back(FramePoint{here - 1, -1, {}, "tip", model.parts[here - 1].name + ".tip"});
       if (beam->axis) {
@@ -364,7 +360,7 @@ std::vector<ChainJoint> make_parts(Model& model, const Scene& scene) {
 FramePoint find_frame(const Model& model, const Scene& scene, int body, const std::string& frame, const std::string& where) {
   const BodyDef& def = scene.bodies[body];
   FramePoint f;
-  f.part = part_of(model, body, 0);
+  f.part = model.pieces[body].front();
   f.name = frame.empty() ? def.name : def.name + "." + frame;
   const auto fail = [&]() {
     throw InputError(fmt::format("{}: '{}' is no frame of '{}'; it has {}", where, frame, def.name, frame_list(def)));
@@ -379,7 +375,7 @@ FramePoint find_frame(const Model& model, const Scene& scene, int body, const st
   if (const auto* beam = std::get_if<BeamDef>(&def.kind)) {
     // Frames of a curved beam stand on it and look along its tangent, unless they are turned.
     const auto in_piece = [&](int k, const std::string& node, double s) {
-      f.part = part_of(model, body, k);
+      f.part = model.pieces[body][k];
       f.node_name = node;
       f.offset = {tangent_in_piece(*beam, k, s), beside_piece(*beam, k, s)};
       if (def.frame_axes.contains(frame)) f.offset.R = f.offset.R * frame_axes(def, frame);
@@ -399,7 +395,7 @@ FramePoint find_frame(const Model& model, const Scene& scene, int body, const st
       if (number && has_nodes && std::stoi(digits) <= most) {
         const int k = std::stoi(digits);
         if (beam->model == BeamModel::lumped) {
-          f.part = part_of(model, body, k);
+          f.part = model.pieces[body][k];
           f.node_name = "node[0]";
           return f;
         }
@@ -620,17 +616,31 @@ void set_body_coordinates(const Model& model, int body, const VecX& given, VecX&
   });
 }
 
+namespace {
+
+// That the nodes span.
+double node_span(const FlexibleBody& body) {
+  if (body.nodes.empty()) return 0.0;
+  Eigen::AlignedBox3d box;
+  for (const FlexibleNode& node : body.nodes) box.extend(node.origin);
+  return box.diagonal().norm();
+}
+
+}  // namespace
+
 double part_size(const Model& model, int part) {
-  const FlexibleBody& body = model.parts[part].body;
-  double size = 0.0;
-  if (!body.nodes.empty()) {
-    Eigen::AlignedBox3d box;
-    for (const FlexibleNode& node : body.nodes) box.extend(node.origin);
-    size = box.diagonal().norm();
-  }
+  double size = node_span(model.parts[part].body);
   for (const FramePoint& f : model.frames)
     if (f.part == part) size = std::max(size, f.offset.p.norm());
   return size;
+}
+
+std::vector<double> part_sizes(const Model& model) {
+  std::vector<double> sizes;
+  for (const Part& part : model.parts) sizes.push_back(node_span(part.body));
+  for (const FramePoint& f : model.frames)
+    if (f.part != ground) sizes[f.part] = std::max(sizes[f.part], f.offset.p.norm());
+  return sizes;
 }
 
 Pose rest_pose(const Model& model, int frame) {

@@ -36,6 +36,8 @@ void set_body_coordinates(const Model& model, int body, const VecX& given, VecX&
 
 // Length that a part spans, m: of its nodes, or of the frames on it.
 double part_size(const Model& model, int part);
+// Of all parts.
+std::vector<double> part_sizes(const Model& model);
 
 // Undeformed pose of a frame in its part.
 Pose rest_pose(const Model& model, int frame);

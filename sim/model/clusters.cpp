@@ -153,8 +153,8 @@ void renumber_parts(Model& model, const Scene& scene, const std::vector<int>& lo
   }
 }
 
-// Coordinates, carrier, entries, frames and size of a cluster.
-void complete_cluster(Model& model, int k) {
+// Coordinates, carrier, entries, frames and size of a cluster; spans: of the parts, m.
+void complete_cluster(Model& model, const std::vector<double>& spans, int k) {
   Cluster& c = model.clusters[k];
   c.q0 = model.nq;
   c.v0 = model.nv;
@@ -170,7 +170,7 @@ void complete_cluster(Model& model, int k) {
     p.ev0 = model.nv;
     model.nq += p.body.n;
     model.nv += p.body.n;
-    reach += part_size(model, i);
+    reach += spans[i];
     if (p.parent != ground && model.parts[p.parent].cluster == k) continue;
     if (c.entry.empty()) {
       c.parent = p.parent;
@@ -249,7 +249,8 @@ void form_clusters(Model& model, const Scene& scene, const std::vector<int>& ord
   std::vector<int> loops, coupled;
   model.clusters = make_clusters(model, order, loops, coupled);
   renumber_parts(model, scene, loops, coupled);
-  for (size_t k = 0; k < model.clusters.size(); ++k) complete_cluster(model, static_cast<int>(k));
+  const std::vector<double> spans = part_sizes(model);
+  for (size_t k = 0; k < model.clusters.size(); ++k) complete_cluster(model, spans, static_cast<int>(k));
   give_sizes(model, scene);
 }
 

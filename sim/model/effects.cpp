@@ -2,6 +2,7 @@
 
 #include "sim/model/joint_motion.h"
 #include "sim/scene/joint_kinds.h"
+#include "sim/scene/named.h"
 #include "sim/scene/section.h"
 
 #include <fmt/format.h>
@@ -20,12 +21,6 @@ constexpr double aligned = 1e-9;
 bool parallel(const Vec3& a, const Vec3& b) { return a.cross(b).norm() <= aligned * a.norm(); }
 bool normal(const Vec3& a, const Vec3& b) { return std::abs(a.dot(b)) <= aligned * a.norm(); }
 
-int body_index(const Scene& scene, const std::string& name) {
-  for (size_t i = 0; i < scene.bodies.size(); ++i)
-    if (scene.bodies[i].name == name) return static_cast<int>(i);
-  return -1;
-}
-
 bool has(const std::vector<std::string>& list, std::string_view name) { return std::find(list.begin(), list.end(), name) != list.end(); }
 
 // Place of a frame in its body, m; nothing for nodes of files, whose places the scene does not tell.
@@ -38,10 +33,17 @@ std::optional<Vec3> place_in_body(const BodyDef& body, const std::string& frame)
   return at == rigid->frames.end() ? std::nullopt : std::optional<Vec3>(at->second);
 }
 
+// Axes of a frame in its body, whose number b is (-1: the ground).
+Mat3 own_axes(const Scene& scene, int b, const std::string& frame) {
+  if (b >= 0) return frame_axes(scene.bodies[b], frame);
+  const auto at = scene.ground_axes.find(frame);
+  return at == scene.ground_axes.end() ? Mat3(Mat3::Identity()) : at->second;
+}
+
 // Axes of a frame at the start, world, columns; orientation: of the bodies.
 Mat3 axes_at_start(const Scene& scene, const std::vector<Mat3>& orientation, const FrameRef& ref) {
-  const int b = body_index(scene, ref.body);
-  const Mat3 own = frame_axes(scene, ref);
+  const int b = body_number(scene, ref.body);
+  const Mat3 own = own_axes(scene, b, ref.frame);
   return b < 0 ? own : Mat3(orientation[b] * own);
 }
 
@@ -61,7 +63,7 @@ class Heights {
       found = false;
       for (const JointDef& j : scene.joints) {
         if (!is_tree_kind(j.kind)) continue;
-        const int p = body_index(scene, j.parent.body), c = body_index(scene, j.child.body);
+        const int p = body_number(scene, j.parent.body), c = body_number(scene, j.child.body);
         const auto a = in_body(j.parent, p, j.position), b = in_body(j.child, c, Vec3::Zero());
         if (!a || !b) continue;
         const std::optional<double> parent = p < 0 ? 0.0 : of_[p];
@@ -72,7 +74,7 @@ class Heights {
   }
 
   std::optional<double> of(const FrameRef& ref, const Vec3& beside = Vec3::Zero()) const {
-    const int b = body_index(scene_, ref.body);
+    const int b = body_number(scene_, ref.body);
     const auto here = in_body(ref, b, beside);
     if (!here || (b >= 0 && !of_[b])) return std::nullopt;
     return *here + (b < 0 ? 0.0 : *of_[b]);
@@ -90,7 +92,7 @@ class Heights {
  private:
   // How far a frame lies from its body's origin or, on the ground, from the world's; of a beam its length.
   double reach(const FrameRef& ref) const {
-    const int b = body_index(scene_, ref.body);
+    const int b = body_number(scene_, ref.body);
     if (b < 0) {
       const auto at = scene_.ground_frames.find(ref.frame);
       return at == scene_.ground_frames.end() ? 0.0 : at->second.norm();
@@ -101,7 +103,7 @@ class Heights {
   }
   // Of a place beside a frame over its body's origin.
   std::optional<double> in_body(const FrameRef& ref, int b, const Vec3& beside) const {
-    const Vec3 way = beside.isZero(0.0) ? beside : Vec3(frame_axes(scene_, ref) * beside);
+    const Vec3 way = beside.isZero(0.0) ? beside : Vec3(own_axes(scene_, b, ref.frame) * beside);
     if (b < 0) {
       const auto at = scene_.ground_frames.find(ref.frame);
       return n_.dot(way + (at == scene_.ground_frames.end() ? Vec3(Vec3::Zero()) : at->second));
@@ -178,9 +180,9 @@ bool planar_about(const Scene& scene, const std::vector<Mat3>& orientation, cons
         return false;
     }
     if (is_tree_kind(j.kind)) {
-      const int b = body_index(scene, j.child.body);
+      const int b = body_number(scene, j.child.body);
       if (b >= 0) held[b] = 1;
-      const int p = body_index(scene, j.parent.body);
+      const int p = body_number(scene, j.parent.body);
       if (p >= 0 && j.child.body == "ground") held[p] = 1;
     }
   }
@@ -244,9 +246,9 @@ bool flat_about(const Scene& scene, const std::vector<Mat3>& orientation, const 
     else flat = flat && std::abs(here - *known) <= aligned * std::max(place.norm(), std::abs(*known));
   };
   const auto put_frame = [&](const FrameRef& ref, const Vec3& beside) {
-    const int b = body_index(scene, ref.body);
+    const int b = body_number(scene, ref.body);
     if (b < 0) return;
-    if (const auto at = place_in_body(scene.bodies[b], ref.frame)) put(b, *at + frame_axes(scene, ref) * beside);
+    if (const auto at = place_in_body(scene.bodies[b], ref.frame)) put(b, *at + own_axes(scene, b, ref.frame) * beside);
   };
   for (size_t i = 0; i < scene.bodies.size(); ++i) {
     const int b = static_cast<int>(i);
@@ -278,7 +280,7 @@ bool flat_about(const Scene& scene, const std::vector<Mat3>& orientation, const 
 Attachments attachments_of(const Scene& scene, const std::string& body) {
   Attachments out;
   const auto elastic = [&](const std::string& name) {
-    const int b = body_index(scene, name);
+    const int b = body_number(scene, name);
     return b >= 0 && !std::holds_alternative<RigidDef>(scene.bodies[b].kind);
   };
   for (const JointDef& j : scene.joints) {

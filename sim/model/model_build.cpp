@@ -6,6 +6,7 @@
 #include "sim/model/model_loads.h"
 #include "sim/model/spanning_tree.h"
 #include "sim/scene/joint_kinds.h"
+#include "sim/scene/named.h"
 
 #include <fmt/format.h>
 
@@ -64,13 +65,13 @@ int add_frame(Model& model, const Scene& scene, const FrameRef& ref, const std::
   FramePoint f;
   f.name = ref.frame.empty() ? ref.body : ref.body + "." + ref.frame;
   if (ref.body != "ground") {
-    const auto body = std::find_if(scene.bodies.begin(), scene.bodies.end(), [&](const BodyDef& b) { return b.name == ref.body; });
-    if (body == scene.bodies.end()) {
+    const int body = body_number(scene, ref.body);
+    if (body < 0) {
       std::vector<std::string> names{"ground"};
       for (const BodyDef& b : scene.bodies) names.push_back(b.name);
       throw InputError(fmt::format("{}: '{}' is no body{}", where, ref.body, did_you_mean(ref.body, names)));
     }
-    f = find_frame(model, scene, static_cast<int>(body - scene.bodies.begin()), ref.frame, where);
+    f = find_frame(model, scene, body, ref.frame, where);
   } else if (!ref.frame.empty()) {
     const auto at = scene.ground_frames.find(ref.frame);
     if (at == scene.ground_frames.end()) throw InputError(fmt::format("{}: 'ground' has no frame '{}'", where, ref.frame));

@@ -168,6 +168,13 @@ Recorder::Recorder(System& system, const std::vector<double>& times) {
       added.shown_columns = shown_columns(model, static_cast<int>(b), plans_.shown[b]);
     }
   }
+  // Of the scene's joints: the part behind each in the tree, or the loop that it closes.
+  std::vector<const Part*> in_tree(system.scene.joints.size());
+  std::vector<const LoopJoint*> in_loops(system.scene.joints.size());
+  for (const Part& p : model.parts)
+    if (p.joint.scene_joint >= 0) in_tree[static_cast<size_t>(p.joint.scene_joint)] = &p;
+  for (const LoopJoint& l : model.loops)
+    if (l.scene_joint >= 0) in_loops[static_cast<size_t>(l.scene_joint)] = &l;
   for (size_t k = 0; k < system.scene.joints.size(); ++k) {
     const JointDef& def = system.scene.joints[k];
     ResultJoint joint;
@@ -175,15 +182,11 @@ Recorder::Recorder(System& system, const std::vector<double>& times) {
     joint.kind = traits(def.kind).word;
     joint.position = Eigen::MatrixX3d::Zero(nt, 3);
     joint.orientation = Eigen::MatrixX4d::Zero(nt, 4);
-    int frame = -1;
-    for (const Part& p : model.parts)
-      if (p.joint.scene_joint == static_cast<int>(k)) frame = p.joint.reversed ? p.joint.outboard : p.joint.inboard;
-    for (const LoopJoint& l : model.loops)
-      if (l.scene_joint == static_cast<int>(k)) frame = l.a;
-    joint_frames_.push_back(frame);
-    const Part* part = nullptr;
-    for (const Part& p : model.parts)
-      if (p.joint.scene_joint == static_cast<int>(k)) part = &p;
+    const Part* const part = in_tree[k];
+    joint_frames_.push_back(in_loops[k]  ? in_loops[k]->a
+                            : !part      ? -1
+                            : part->joint.reversed ? part->joint.outboard
+                                                   : part->joint.inboard);
     joint.value = MatX::Zero(nt, part ? part->joint.nq : 0);
     joint.rate = MatX::Zero(nt, part ? part->joint.nv : 0);
     results_.joints.push_back(std::move(joint));

@@ -3,6 +3,7 @@
 #include "sim/base/words.h"
 #include "sim/scene/expression.h"
 #include "sim/scene/joint_kinds.h"
+#include "sim/scene/named.h"
 #include "sim/scene/parameters.h"
 #include "sim/scene/read_curve.h"
 #include "sim/scene/read_states.h"
@@ -227,15 +228,13 @@ void check_frame(const TableReader& reader, std::string_view key, const BodyDef&
 }  // namespace
 
 const BodyDef* find_body(const Scene& scene, std::string_view name) {
-  for (const BodyDef& body : scene.bodies)
-    if (body.name == name) return &body;
-  return nullptr;
+  const int k = body_number(scene, name);
+  return k < 0 ? nullptr : &scene.bodies[static_cast<size_t>(k)];
 }
 
 const JointDef* find_joint(const Scene& scene, std::string_view name) {
-  for (const JointDef& joint : scene.joints)
-    if (joint.name == name) return &joint;
-  return nullptr;
+  const int k = joint_number(scene, name);
+  return k < 0 ? nullptr : &scene.joints[static_cast<size_t>(k)];
 }
 
 const JointDef& named_joint(const TableReader& reader, std::string_view key, std::string_view name, const Scene& scene) {

@@ -3,6 +3,7 @@
 #include "sim/base/words.h"
 #include "sim/scene/expression.h"
 #include "sim/scene/joint_kinds.h"
+#include "sim/scene/named.h"
 #include "sim/scene/parameters.h"
 #include "sim/scene/unit_terms.h"
 #include "sim/scene/units.h"
@@ -15,9 +16,8 @@ namespace flexframe::sim {
 namespace {
 
 const JointDef* joint_of(const OutputDef& output, const Scene& scene) {
-  for (const JointDef& joint : scene.joints)
-    if (joint.name == output.of.body && output.of.frame.empty()) return &joint;
-  return nullptr;
+  const int k = output.of.frame.empty() ? joint_number(scene, output.of.body) : -1;
+  return k < 0 ? nullptr : &scene.joints[static_cast<size_t>(k)];
 }
 
 // Why a force cannot depend on an output, a half sentence; empty: it can.
