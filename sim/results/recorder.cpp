@@ -183,10 +183,10 @@ Recorder::Recorder(System& system, const std::vector<double>& times) {
     joint.position = Eigen::MatrixX3d::Zero(nt, 3);
     joint.orientation = Eigen::MatrixX4d::Zero(nt, 4);
     const Part* const part = in_tree[k];
-    joint_frames_.push_back(in_loops[k]  ? in_loops[k]->a
-                            : !part      ? -1
-                            : part->joint.reversed ? part->joint.outboard
-                                                   : part->joint.inboard);
+    int frame = -1;
+    if (part) frame = part->joint.reversed ? part->joint.outboard : part->joint.inboard;
+    if (in_loops[k]) frame = in_loops[k]->a;
+    joint_frames_.push_back(frame);
     joint.value = MatX::Zero(nt, part ? part->joint.nq : 0);
     joint.rate = MatX::Zero(nt, part ? part->joint.nv : 0);
     results_.joints.push_back(std::move(joint));
