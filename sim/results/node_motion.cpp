@@ -3,11 +3,23 @@
 #include "sim/base/small_matrices.h"
 #include "sim/bodies/rod_axis.h"
 
+#include <cmath>
+
 namespace flexframe::sim {
+namespace {
+
+// The rotation vector of one turn about z after another.
+double turned_about_z(const Quat& one, const Quat& other) {
+  const double w = one.w() * other.w() - one.z() * other.z(), z = one.w() * other.z() + one.z() * other.w();
+  const double size = std::abs(z), sign = w < 0.0 ? -1.0 : 1.0;
+  return size < 1e-12 ? 2.0 * sign * z : 2.0 * std::atan2(size, sign * w) / size * (sign * z);
+}
+
+}  // namespace
 
 NodePaths::NodePaths(const Part& part, const std::vector<int>& nodes) {
   const Eigen::Index n = part.body.n, count = static_cast<Eigen::Index>(nodes.size());
-  linear_ = MatX::Zero(6 * count, n);
+  MatX linear = MatX::Zero(6 * count, n);
   std::vector<const MatX*> seconds;
   for (const int k : nodes) {
     const FlexibleNode& node = part.body.nodes[k];
@@ -15,8 +27,8 @@ NodePaths::NodePaths(const Part& part, const std::vector<int>& nodes) {
     origins_.push_back(node.origin);
     rests_.push_back(part.rest_in_body.R * node.origin + part.rest_in_body.p);
     if (n == 0) continue;
-    linear_.middleRows<3>(3 * i) = node.phi;
-    linear_.middleRows<3>(3 * (count + i)) = node.psi;
+    linear.middleRows<3>(3 * i) = node.phi;
+    linear.middleRows<3>(3 * (count + i)) = node.psi;
     for (Eigen::Index a = 0; a < 3; ++a)
       if (const MatX& h = node.phi2[a]; h.size() > 0) {
         seconds_of_.push_back(3 * i + a);
@@ -37,13 +49,20 @@ NodePaths::NodePaths(const Part& part, const std::vector<int>& nodes) {
       if (const VecX& w = part.body.nodes[nodes[static_cast<size_t>(i)]].along; w.size() > 0) weights_.row(i) = w;
   }
   rest_turn_ = Quat(part.rest_in_body.R).conjugate();
-  values_ = VecX::Zero(linear_.rows());
+  // Of what bends in a plane half.
+  for (Eigen::Index row = 0; row < linear.rows(); ++row)
+    if (!linear.row(row).isZero(0.0)) rows_.push_back(row);
+  linear_ = linear(rows_, Eigen::all);
+  moved_.resize(linear_.rows());
+  values_.resize(linear.rows());
   products_.resize(quadratic_.cols());
   seconds_.resize(quadratic_.rows());
 }
 
 void NodePaths::evaluate(const VecX& q, const Pose& shown, double* translation, double* rotation) {
-  if (q.size() > 0) multiply(linear_, q.data(), values_.data());
+  values_.setZero();
+  multiply(linear_, q.data(), moved_.data());
+  for (size_t k = 0; k < rows_.size(); ++k) values_[rows_[k]] = moved_[static_cast<Eigen::Index>(k)];
   if (!seconds_of_.empty()) {
     Eigen::Index at = 0;
     for (Eigen::Index j = 0; j < q.size(); ++j)
@@ -57,6 +76,7 @@ void NodePaths::evaluate(const VecX& q, const Pose& shown, double* translation, 
     for (Eigen::Index i = 0; i < along.size(); ++i) values_[3 * i] += along[i], values_[3 * i + rod_->towards] += across[i];
   }
   const Quat turn(shown.R);
+  const bool flat = turn.x() == 0.0 && turn.y() == 0.0 && rest_turn_.w() == 1.0;
   const auto n = static_cast<Eigen::Index>(count());
   for (Eigen::Index i = 0; i < n; ++i) {
     const Vec3 at = origins_[i] + values_.segment<3>(3 * i);
@@ -68,7 +88,8 @@ void NodePaths::evaluate(const VecX& q, const Pose& shown, double* translation, 
     Quat own;
     own.w() = 1.0 - half2 * series.b;
     own.vec() = 0.5 * series.s * theta;
-    const Vec3 turned = rotation_log(Quat(turn * own * rest_turn_));
+    const bool about_z = flat && theta.x() == 0.0 && theta.y() == 0.0;
+    const Vec3 turned = about_z ? Vec3(0.0, 0.0, turned_about_z(turn, own)) : rotation_log(Quat(turn * own * rest_turn_));
     for (Eigen::Index a = 0; a < 3; ++a) translation[3 * i + a] = moved[a], rotation[3 * i + a] = turned[a];
   }
 }

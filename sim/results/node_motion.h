@@ -21,13 +21,14 @@ class NodePaths {
  private:
   std::vector<Vec3> origins_, rests_;     // in the part; in the body, undeformed
   Quat rest_turn_;                        // of the body seen from the undeformed part
-  MatX linear_;                           // of all nodes' translations, then of their rotations, x q
+  MatX linear_;                           // of all nodes' translations, then of their rotations, x q: rows that are not zero
+  std::vector<Eigen::Index> rows_;        // which these are
   std::vector<Eigen::Index> seconds_of_;  // components of translations that are of second order too
   MatX quadratic_;                        // of these x products of two coordinates
   std::shared_ptr<const RodAxis> rod_;
   MatX weights_;  // of its points, a row a node
   RodState bent_;
-  VecX values_, products_, seconds_;
+  VecX values_, moved_, products_, seconds_;
 };
 
 }  // namespace flexframe::sim

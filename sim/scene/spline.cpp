@@ -63,19 +63,23 @@ std::vector<double> spline_curvatures(const std::vector<double>& x, const std::v
   } else if (n > 2) {
     // Not-a-knot: the third derivative is continuous at the second point and the last but one; the end values are eliminated.
     const size_t k = n - 1;
-    std::vector<double> lower(k), diagonal(k), upper(k), rhs(k);
+    // Below and above the diagonal stand h[i] and h[i + 1] but for two numbers: no rows of their own.
+    const double above = (h[1] * h[1] - h[0] * h[0]) / h[1], below = (h[k - 1] * h[k - 1] - h[k] * h[k]) / h[k - 1];
+    std::vector<double> d(k);
+    double* const r = m.data() + 1;
     for (size_t i = 0; i < k; ++i) {
-      lower[i] = h[i];
-      diagonal[i] = 2.0 * (h[i] + h[i + 1]);
-      upper[i] = h[i + 1];
-      rhs[i] = 6.0 * (slope[i + 1] - slope[i]);
+      d[i] = 2.0 * (h[i] + h[i + 1]);
+      r[i] = 6.0 * (slope[i + 1] - slope[i]);
     }
-    diagonal[0] = (h[0] + h[1]) * (h[0] + 2.0 * h[1]) / h[1];
-    upper[0] = (h[1] * h[1] - h[0] * h[0]) / h[1];
-    diagonal[k - 1] = (h[k] + h[k - 1]) * (h[k] + 2.0 * h[k - 1]) / h[k - 1];
-    lower[k - 1] = (h[k - 1] * h[k - 1] - h[k] * h[k]) / h[k - 1];
-    const std::vector<double> inner = solve_tridiagonal(lower, std::move(diagonal), upper, std::move(rhs));
-    std::copy(inner.begin(), inner.end(), m.begin() + 1);
+    d[0] = (h[0] + h[1]) * (h[0] + 2.0 * h[1]) / h[1];
+    d[k - 1] = (h[k] + h[k - 1]) * (h[k] + 2.0 * h[k - 1]) / h[k - 1];
+    for (size_t i = 1; i < k; ++i) {
+      const double f = (i == k - 1 ? below : h[i]) / d[i - 1];
+      d[i] -= f * (i == 1 ? above : h[i]);
+      r[i] -= f * r[i - 1];
+    }
+    r[k - 1] /= d[k - 1];
+    for (size_t i = k - 1; i-- > 0;) r[i] = (r[i] - (i == 0 ? above : h[i + 1]) * r[i + 1]) / d[i];
     m[0] = m[1] - h[0] / h[1] * (m[2] - m[1]);
     m[n] = m[n - 1] + h[n - 1] / h[n - 2] * (m[n - 1] - m[n - 2]);
   }

@@ -1,5 +1,6 @@
 #include "sim/time/exponential.h"
 
+#include "sim/base/four.h"
 #include "sim/base/small_matrices.h"
 #include "sim/base/work_clock.h"
 #include "sim/time/power_series.h"
@@ -8,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 namespace flexframe::sim {
@@ -150,7 +152,7 @@ VecX ExponentialSolver::remainder(const LinearModel& m, double t, const VecX& y,
   return d;
 }
 
-// Radians per second: root of the largest eigenvalue's size by a few powers of A, and the largest of B.
+// Radians per second: root of the largest eigenvalue's size by a few powers of A, and the largest of B. They may have rows of zeros below.
 double ExponentialSolver::fastest(const MatX& A, const MatX& B) const {
   if (nw_ == 0) return 0.0;
   if (probe_.size() != nw_) {
@@ -159,8 +161,9 @@ double ExponentialSolver::fastest(const MatX& A, const MatX& B) const {
   }
   double square = 0.0;
   for (int k = 0; k < 3; ++k) {
-    static thread_local VecX next;
-    times_into(A, probe_, next);
+    static thread_local VecX all;
+    times_into(A, probe_, all);
+    const auto next = all.head(nw_);
     const double size = next.norm();
     square = size / probe_.norm();
     if (!(size > 0.0) || !std::isfinite(square)) {
@@ -229,11 +232,12 @@ void ExponentialSolver::set_modes(LinearModel& m, double h) {
   if (renew) {
     models_since_ = 0;
     if (!known && !find_modes(m.A, m.modes)) m.modes.shapes = m.modes.gauges = MatX::Identity(nw_, nw_);
-    express_modes(m.A, m.B, m.A1, m.modes);
+    express_matrix(m.A, m.modes);
     if (known && mixing(m.modes) > most_mixing) {
       if (!renew_modes(m.modes) && !find_modes(m.A, m.modes)) m.modes.shapes = m.modes.gauges = MatX::Identity(nw_, nw_);
-      express_modes(m.A, m.B, m.A1, m.modes);
+      express_matrix(m.A, m.modes);
     }
+    express_others(m.B, m.A1, m.modes);
   }
   if (m.plain) {
     m.modes.A = m.A;
@@ -420,23 +424,51 @@ bool ExponentialSolver::solve(const LinearModel& m, const VecX& y, double t, con
   return march(m.modes, amounts, share, reach, out);
 }
 
+namespace {
+
+// Columns of n numbers, each row times its share, with zeros up to a multiple of eight rows.
+FLEXFRAME_WIDE
+void share_rows(const double* matrix, const double* share, Eigen::Index n, double* out) {
+  const Eigen::Index rows = (n + 7) / 8 * 8;
+  for (Eigen::Index j = 0; j < n; ++j, matrix += n, out += rows) {
+    Eigen::Index i = 0;
+    for (; i + 4 <= n; i += 4) four(out + i).v = four(share + i).v * four(matrix + i).v;
+    for (; i < n; ++i) out[i] = share[i] * matrix[i];
+    for (; i < rows; ++i) out[i] = 0.0;
+  }
+}
+
+// out = by x and base + by x, `size` numbers each, a multiple of four.
+FLEXFRAME_WIDE
+void set_multiple(double by, const double* x, Eigen::Index size, double* out) {
+  for (Eigen::Index i = 0; i < size; i += 4) four(out + i).v = by * four(x + i).v;
+}
+FLEXFRAME_WIDE
+void set_sum(const double* base, double by, const double* x, Eigen::Index size, double* out) {
+  for (Eigen::Index i = 0; i < size; i += 4) four(out + i).v = four(base + i).v + by * four(x + i).v;
+}
+
+}  // namespace
+
 // The series of a solution, with the rows of w of every mode times its share.
 bool ExponentialSolver::march(const Modes& modes, const Amounts& amounts, const VecX& share, const Reach& reach, Solution& out) const {
   const double length = reach.length, span = amounts.span;
   const Eigen::Index n = nw_, rows = amounts.rows;
-  static thread_local MatX A, A1, B, g, loads, L;
+  static thread_local MatX A, A1, B, g, loads, L;  // of rows as power_series.h has them
   static thread_local VecX z, weights;
-  A = share.asDiagonal() * modes.A;
-  A1 = share.asDiagonal() * modes.A1;
-  B = share.asDiagonal() * modes.B;
+  for (auto [matrix, from] : {std::pair{&A, &modes.A}, {&A1, &modes.A1}, {&B, &modes.B}}) {
+    matrix->resize(rows, n);
+    share_rows(from->data(), share.data(), n, matrix->data());
+  }
   g = amounts.loads;
   g.topRows(n) = share.asDiagonal() * amounts.loads.topRows(n);
   loads.resize(2 * rows, 3);
   z = amounts.z;
   weights.setZero(rows);
   weights.head(n) = amounts.weights.w;
-  L.setZero(rows, 3 * n);
-  L.middleCols(n, n).topRows(n) = B;
+  const Eigen::Index block = rows * n;
+  L.resize(rows, 3 * n);
+  std::copy_n(B.data(), block, L.data() + block);
   double piece_length = std::min(length, radians_of_series(problem_.tolerance) / std::max(fastest(A, B), 1e-300));
   // A step of more pieces than that is not worth its memory: what decays at once is for other methods.
   const double most = std::clamp(4e6 / (2.0 * static_cast<double>(n + 1) * most_terms), 8.0, 500.0);
@@ -458,8 +490,8 @@ bool ExponentialSolver::march(const Modes& modes, const Amounts& amounts, const 
     piece.start = s;
     piece.length = series.length = part;
     if (piece.terms.rows() != 2 * rows) piece.terms.resize(2 * rows, most_terms + 2);
-    L.topLeftCorner(n, n) = part * A1;
-    L.topRightCorner(n, n) = A + (amounts.tau + s) * A1;
+    set_multiple(part, A1.data(), block, L.data());
+    set_sum(A.data(), amounts.tau + s, A1.data(), block, L.data() + 2 * block);
     loads.col(0) = g.col(0) + a * (g.col(1) + a * g.col(2));
     loads.col(1) = b * (g.col(1) + 2.0 * a * g.col(2));
     loads.col(2) = b * b * g.col(2);

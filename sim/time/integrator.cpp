@@ -140,7 +140,7 @@ struct MechanicalSolver {
     for (Eigen::Index j = 0; j < m; ++j) rhs[j] = rates[jacobian.beside[static_cast<size_t>(j)]];
     // What the columns beside belong to themselves, so that a joint much stiffer than the rest keeps its digits.
     product.noalias() = closing * rhs;
-    rates.noalias() -= beside * product;
+    for (Eigen::Index j = 0; j < m; ++j) rates -= product[j] * beside.col(j);  // few: one, mostly
     for (Eigen::Index j = 0; j < m; ++j) rates[jacobian.beside[static_cast<size_t>(j)]] = product[j];
   }
 

@@ -1,7 +1,8 @@
 #include "sim/time/integrator_vector.h"
 
-#include "sim/base/wide.h"
+#include "sim/base/four.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace flexframe::sim {
@@ -9,17 +10,23 @@ namespace {
 
 FLEXFRAME_WIDE
 void sum(long n, double a, const double* x, double b, const double* y, double* z) {
-  for (long i = 0; i < n; ++i) z[i] = a * x[i] + b * y[i];
+  long i = 0;
+  for (; i + 4 <= n; i += 4) four(z + i).v = a * four(x + i).v + b * four(y + i).v;
+  for (; i < n; ++i) z[i] = a * x[i] + b * y[i];
 }
 
 FLEXFRAME_WIDE
 void scale(long n, double a, const double* x, double* z) {
-  for (long i = 0; i < n; ++i) z[i] = a * x[i];
+  long i = 0;
+  for (; i + 4 <= n; i += 4) four(z + i).v = a * four(x + i).v;
+  for (; i < n; ++i) z[i] = a * x[i];
 }
 
 FLEXFRAME_WIDE
 void add(long n, double a, const double* x, double* z) {
-  for (long i = 0; i < n; ++i) z[i] += a * x[i];
+  long i = 0;
+  for (; i + 4 <= n; i += 4) four(z + i).v += a * four(x + i).v;
+  for (; i < n; ++i) z[i] += a * x[i];
 }
 
 FLEXFRAME_WIDE
@@ -49,6 +56,8 @@ int linear_combination(int count, double* c, N_Vector* X, N_Vector z) {
 
 void scaled(double a, N_Vector x, N_Vector z) { scale(NV_LENGTH_S(x), a, NV_DATA_S(x), NV_DATA_S(z)); }
 
+void constant(double c, N_Vector z) { std::fill_n(NV_DATA_S(z), NV_LENGTH_S(z), c); }
+
 double wrms_norm(N_Vector x, N_Vector w) {
   const long n = NV_LENGTH_S(x);
   return std::sqrt(square_sum(n, NV_DATA_S(x), NV_DATA_S(w)) / static_cast<double>(n));
@@ -62,6 +71,7 @@ N_Vector make_solver_vector(long n, double* values, SUNContext context) {
   v->ops->nvlinearsum = linear_sum;
   v->ops->nvlinearcombination = linear_combination;
   v->ops->nvscale = scaled;
+  v->ops->nvconst = constant;
   v->ops->nvwrmsnorm = wrms_norm;
   return v;
 }

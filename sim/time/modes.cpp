@@ -141,11 +141,12 @@ bool renew_modes(Modes& modes) {
   return modes.shapes.allFinite() && invert_better(modes);
 }
 
-void express_modes(const MatX& A, const MatX& B, const MatX& A1, Modes& m) {
-  m.A = product(m.gauges, product(A, m.shapes));
+void express_matrix(const MatX& A, Modes& m) { m.A = product(m.gauges, product(A, m.shapes)); }
+
+void express_others(const MatX& B, const MatX& A1, Modes& m) {
   m.B = product(m.gauges, product(B, m.shapes));
   m.A1 = product(m.gauges, product(A1, m.shapes));
-  const Eigen::Index n = A.rows();
+  const Eigen::Index n = m.A.rows();
   m.frequencies = VecX::Zero(n);
   for (Eigen::Index k = 0; k < n; ++k) {
     const double square = -m.A(k, k);

@@ -23,8 +23,10 @@ void times_into(const MatX& A, const VecX& x, VecX& y);
 
 // Shapes and gauges of A by its eigenvectors (real and imaginary parts of complex ones); false where there are no n independent ones.
 bool find_modes(const MatX& A, Modes& modes);
-// All else of `modes` from the shapes.
-void express_modes(const MatX& A, const MatX& B, const MatX& A1, Modes& modes);
+// A alone in amounts: enough to tell how far the shapes are from its own.
+void express_matrix(const MatX& A, Modes& modes);
+// All else of `modes` from the shapes and A in amounts.
+void express_others(const MatX& B, const MatX& A1, Modes& modes);
 // How far the shapes are from those of A, as expressed: the largest share of one that has to be added to another.
 double mixing(const Modes& modes);
 // Shapes and gauges that are as good as the square of that; false where they are not close enough. All else has to be expressed anew.

@@ -16,13 +16,13 @@ inline __attribute__((always_inline)) void load(const double* from, V& v) {
   std::memcpy(&v, from, sizeof(V));
 }
 
-// One power's numbers of w in 8 blocks rows, and the largest of them, weighted. Sums stay in registers, four for each row so that additions
-// need not wait for each other.
+// One power's numbers of w in 8 blocks rows, and the largest of them, weighted. Sums stay in registers, several for each row so that
+// additions need not wait for each other: of eight rows four, of more two, as more than that leave registers of four numbers.
 template <typename V, int blocks>
 inline __attribute__((always_inline)) void next_rows(const PowerSeries& s, int first, const double* from, double factor,
                                                      const double* loads, double* to, V& largest) {
-  constexpr int lanes = sizeof(V) / sizeof(double), W = 8 * blocks / lanes;
-  V sum[4][W] = {};
+  constexpr int lanes = sizeof(V) / sizeof(double), W = 8 * blocks / lanes, sums = blocks == 1 ? 4 : 2;
+  V sum[sums][W] = {};
   const double* A = s.matrix + first;
   const auto add = [&](int j, const double* x) __attribute__((always_inline)) {
     for (int w = 0; w < W; ++w) {
@@ -34,12 +34,8 @@ inline __attribute__((always_inline)) void next_rows(const PowerSeries& s, int f
   };
   const auto add_block = [&](const double* x) __attribute__((always_inline)) {
     int k = 0;
-    for (; k + 4 <= s.n; k += 4) {
-      add(0, x + k);
-      add(1, x + k + 1);
-      add(2, x + k + 2);
-      add(3, x + k + 3);
-    }
+    for (; k + sums <= s.n; k += sums)
+      for (int j = 0; j < sums; ++j) add(j, x + k + j);
     for (; k < s.n; ++k) add(0, x + k);
   };
   add_block(from - s.rows);  // p of the power before
@@ -47,8 +43,8 @@ inline __attribute__((always_inline)) void next_rows(const PowerSeries& s, int f
   add_block(from + s.rows);
   for (int w = 0; w < W; ++w) {
     const Eigen::Index at = first + static_cast<Eigen::Index>(w) * lanes;
-    V whole = (sum[0][w] + sum[1][w]) + (sum[2][w] + sum[3][w]);
-    V other;
+    V whole = sum[0][w] + sum[1][w], other;
+    if constexpr (sums == 4) whole += sum[2][w] + sum[3][w];
     if (loads) {
       load(loads + at, other);
       whole += other;

@@ -6,10 +6,12 @@
 
 #include <Eigen/Geometry>
 
+#include <numeric>
+
 namespace flexframe::sim {
 namespace {
 
-FlexibleBody beam() {
+BeamDef beam_def() {
   BeamDef def;
   def.length = 1.3;
   def.section.area = 2.1e-4;
@@ -19,20 +21,17 @@ FlexibleBody beam() {
   def.material = {2700.0, 7e10, 0.3};
   def.boundary = Boundary::free_free;
   def.elements = 4;
-  return make_fe_beam(def, {.axial = true, .bending_xy = true, .bending_xz = true, .torsion = true, .stiffening = true});
+  return def;
+}
+
+FlexibleBody beam() {
+  return make_fe_beam(beam_def(), {.axial = true, .bending_xy = true, .bending_xz = true, .torsion = true, .stiffening = true});
 }
 
 Mat3 turned(double angle, const Vec3& axis) { return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix(); }
 
-// Turned nodes, a part that lies askew in its body, large rotations, a shown frame of its own.
-TEST(NodeMotion, EqualsTheExactKinematicsOfEveryNode) {
-  Part part;
-  part.body = beam();
-  for (size_t i = 0; i < part.body.nodes.size(); ++i) part.body.nodes[i].rotation = turned(0.3 * static_cast<double>(i), {1.0, 0.2, -0.4});
-  part.rest_in_body = {turned(0.8, {0.3, -1.0, 0.5}), Vec3(0.4, -2.0, 0.1)};
-  const Pose shown{turned(-1.1, {1.0, 1.0, 0.2}), Vec3(1.0, 0.3, -0.7)};
-  std::vector<int> nodes;
-  for (int k = static_cast<int>(part.body.nodes.size()) - 1; k >= 0; k -= 2) nodes.push_back(k);
+// Of these nodes of a part, by sizes of its coordinates.
+void expect_exact(const Part& part, const Pose& shown, const std::vector<int>& nodes) {
   NodePaths motion(part, nodes);
   ASSERT_EQ(motion.count(), nodes.size());
   for (const double size : {0.0, 1e-9, 0.02, 0.4}) {
@@ -57,6 +56,29 @@ TEST(NodeMotion, EqualsTheExactKinematicsOfEveryNode) {
     }
     EXPECT_GE(largest, 0.7 * size);
   }
+}
+
+// Turned nodes, a part that lies askew in its body, large rotations, a shown frame of its own.
+TEST(NodeMotion, EqualsTheExactKinematicsOfEveryNode) {
+  Part part;
+  part.body = beam();
+  for (size_t i = 0; i < part.body.nodes.size(); ++i) part.body.nodes[i].rotation = turned(0.3 * static_cast<double>(i), {1.0, 0.2, -0.4});
+  part.rest_in_body = {turned(0.8, {0.3, -1.0, 0.5}), Vec3(0.4, -2.0, 0.1)};
+  const Pose shown{turned(-1.1, {1.0, 1.0, 0.2}), Vec3(1.0, 0.3, -0.7)};
+  std::vector<int> nodes;
+  for (int k = static_cast<int>(part.body.nodes.size()) - 1; k >= 0; k -= 2) nodes.push_back(k);
+  expect_exact(part, shown, nodes);
+}
+
+// What bends in a plane and is turned about its normal, up to half a turn and beyond.
+TEST(NodeMotion, EqualsThemInAPlane) {
+  BeamDef def = beam_def();
+  Part part;
+  part.body = make_fe_beam(def, {.axial = true, .bending_xy = true, .stiffening = true});
+  std::vector<int> nodes(part.body.nodes.size());
+  std::iota(nodes.begin(), nodes.end(), 0);
+  for (const double angle : {0.0, 1e-13, 0.7, -1.3, 2.9, -3.1, 3.6})
+    expect_exact(part, {turned(angle, Vec3::UnitZ()), Vec3(1.0, 0.3, 0.0)}, nodes);
 }
 
 TEST(NodeMotion, RigidPartsMoveAsTheyAreShown) {
