@@ -214,8 +214,19 @@ bool factorise_copied(const double* D, int n, int stride, double* base, double* 
 
 }  // namespace
 
+namespace {
+
+// Rows of the square in which n are factorised. Along rows it reads a number of every column: columns that begin in few of the cache's
+// sets push each other out, an odd number of its lines (eight numbers) spreads them over all. That matters where it does not fit.
+int padded_rows(int n) {
+  constexpr int fits = 64;
+  return n <= fits ? (n + 3) & ~3 : ((n + 7) / 8 | 1) * 8;
+}
+
+}  // namespace
+
 bool cholesky(const MatX& D, MatX& L) {
-  const int n = static_cast<int>(D.rows()), stride = (n + 3) & ~3;
+  const int n = static_cast<int>(D.rows()), stride = padded_rows(n);
   L.resize(n, n);
   if (n == 1) {
     L(0, 0) = std::sqrt(D(0, 0));

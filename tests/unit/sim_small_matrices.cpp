@@ -60,6 +60,22 @@ TEST(SmallMatrices, FactoriseAndSolveEverySize) {
   }
 }
 
+// Those that fill more than the fastest cache are factorised in a wider square.
+TEST(SmallMatrices, FactoriseLargerOnes) {
+  std::mt19937 random(5);
+  for (const Eigen::Index n : {61, 64, 65, 66, 71, 96, 101, 128, 192, 200}) {
+    const MatX A = random_matrix(random, n, n);
+    const MatX D = A * A.transpose() + MatX::Identity(n, n);
+    MatX half = D, L;
+    half.triangularView<Eigen::StrictlyUpper>().setConstant(std::nan(""));
+    ASSERT_TRUE(cholesky(half, L)) << n;
+    EXPECT_LT((L * L.transpose() - D).norm(), 1e-14 * static_cast<double>(n) * D.norm()) << n;
+    EXPECT_TRUE(L.isLowerTriangular(0.0)) << n;
+    half(n - 1, n - 1) = -1.0;
+    EXPECT_FALSE(cholesky(half, L)) << n;
+  }
+}
+
 TEST(SmallMatrices, RefuseWhatIsSingular) {
   for (Eigen::Index n = 1; n <= 9; ++n)
     for (Eigen::Index lost = 0; lost < n; ++lost) {
