@@ -239,8 +239,9 @@ void NastranReader::add_grid(const NastranCard& c) {
   for (int d : deck.blank(c, 6) && grid_defaults ? deck.components(*grid_defaults, 6) : deck.components(c, 6)) hold(c, node, d);
 }
 
-int NastranReader::node(const NastranCard& c, size_t field) {
-  const int id = deck.integer(c, field);
+int NastranReader::node(const NastranCard& c, size_t field) { return node_of(c, deck.integer(c, field)); }
+
+int NastranReader::node_of(const NastranCard& c, int id) {
   const auto it = node_at.find(id);
   if (it == node_at.end() && grids.contains(id)) throw NastranMissingGrid();
   if (it == node_at.end()) deck.fail(c, fmt::format("grid {} is not there", id));

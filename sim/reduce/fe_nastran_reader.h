@@ -119,6 +119,7 @@ class NastranReader {
   Vec3 grid_place(const NastranCard& from, int id, int depth = 0);
   void add_grid(const NastranCard& c);
   int node(const NastranCard& c, size_t field);
+  int node_of(const NastranCard& c, int id);
   Mat3 directions(const NastranCard& c, int node);
   void hold(const NastranCard& c, int node, int dof);
 

@@ -24,7 +24,7 @@ std::vector<int> NastranReader::grids_from(const NastranCard& c, size_t field) {
       const int last = deck.integer(c, k + 1), first = model.node_ids[out.back()];
       if (last < first) deck.fail(c, fmt::format("{} THRU {} is no range", first, last));
       for (const auto& [id, card] : grids)
-        if (id > first && id <= last) out.push_back(node_at.at(id));
+        if (id > first && id <= last) out.push_back(node_of(c, id));
       ++k;
     } else {
       out.push_back(node(c, k));

@@ -186,6 +186,10 @@ TEST(ReduceNastran, AllFaultsAreNamed) {
         ":9: MAT1: number 1 is there twice", ":12: CBAR: property 9 is not there", ":14: SPC1: grid 8 is not there"})
     EXPECT_NE(text.find(part), std::string::npos) << part << "\n" << text;
   EXPECT_EQ(text.find("grid 2 is not there"), std::string::npos) << text;  // its own card is what is wrong
+  // Nor is anything else said where a range has it, which ended the program.
+  const std::string range = bulk_refusal(cantilever + "GRID,3,,1.,x,0.\nGRID,4,,1.,0.,0.\nSPC1,1,123456,1,THRU,4\n");
+  EXPECT_NE(range.find(":6: GRID: field 5: a number is expected, found 'X'"), std::string::npos) << range;
+  EXPECT_EQ(range.find("SPC1"), std::string::npos) << range;
 }
 
 }  // namespace
