@@ -699,6 +699,24 @@ bool ExponentialSolver::sample(double h, Eigen::Index first, Eigen::Index every,
   return true;
 }
 
+// Amounts of sampled values of w' that shake the modes over a step of h seconds: without those of what is damped strongly. What does not
+// turn within the step is one space, whose shapes may be nearly parallel (a rigid motion and its rate's own change): their amounts are
+// large and mean something together only, so that all of them go or none.
+MatX ExponentialSolver::shaking_loads(const MatX& values, double h) const {
+  const Modes& modes = trial_model_.modes;
+  MatX loads = modes.gauges * values.middleRows(nq_, nw_);
+  const VecX decay = -(modes.gauges * trial_model_.B).cwiseProduct(modes.shapes.transpose()).rowwise().sum();
+  const auto slow = [&](Eigen::Index k) { return modes.frequencies[k] * h < 1.0; };
+  bool damped = false;
+  for (Eigen::Index k = 0; k < nw_; ++k) {
+    if (slow(k)) damped = damped || decay[k] * h > least_damped;
+    else if (decay[k] > least_damped * modes.frequencies[k]) loads.row(k).setZero();
+  }
+  for (Eigen::Index k = 0; damped && k < nw_; ++k)
+    if (slow(k)) loads.row(k).setZero();
+  return loads;
+}
+
 // The end with what oscillates within the step in its remainder.
 bool ExponentialSolver::follow_oscillation(double h, const VecX& weight) {
   const Eigen::Index size = problem_.size;
@@ -730,12 +748,7 @@ bool ExponentialSolver::follow_oscillation(double h, const VecX& weight) {
     const double x = 2.0 * static_cast<double>(i) / static_cast<double>(last) - 1.0;
     values.col(i) -= parabola * Eigen::Vector3d(1.0, x, x * x);
   }
-  const Modes& modes = trial_model_.modes;
-  MatX loads = modes.gauges * values.middleRows(nq_, nw_);
-  const VecX decay = -(modes.gauges * trial_model_.B).cwiseProduct(modes.shapes.transpose()).rowwise().sum();
-  for (Eigen::Index k = 0; k < nw_; ++k)
-    if (decay[k] > least_damped * modes.frequencies[k]) loads.row(k).setZero();
-  trial_shaken_ = shake(modes.frequencies, h, loads);
+  trial_shaken_ = shake(trial_model_.modes.frequencies, h, shaking_loads(values, h));
   const VecX steady = end_;
   add_shaken(trial_model_, trial_shaken_, h, end_);
   error_ = std::max(error_, shaken_share * std::sqrt((end_ - steady).cwiseProduct(weight).squaredNorm() / static_cast<double>(size)));

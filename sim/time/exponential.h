@@ -170,6 +170,7 @@ class ExponentialSolver {
   void look_at_rounding();
   double rounding_of(const LinearModel& model, double h, const VecX& weight) const;
   bool sample(double h, Eigen::Index first, Eigen::Index every, MatX& values);
+  MatX shaking_loads(const MatX& values, double h) const;
   bool follow_oscillation(double h, const VecX& weight);
   void add_shaken(const LinearModel& model, const Shaken& shaken, double s, VecX& y) const;
 
