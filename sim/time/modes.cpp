@@ -17,6 +17,9 @@ constexpr double close = 1e-3;
 constexpr double small_correction = 0.2;
 // Of gauges times shapes less one.
 constexpr double most_inverse_error = 1e-9;
+// Amounts of a state by that many times its size: shapes so nearly parallel (a body that flies and falls has its rotations' turned to
+// displacements) that of sixteen digits four are left.
+constexpr double largest_amounts = 1e12;
 // Coupled to another mode by more than that share of itself, it is no mode.
 constexpr double coupled = 0.1;
 
@@ -109,7 +112,8 @@ bool find_modes(const MatX& A, Modes& modes) {
     ++k;
   }
   modes.gauges = solve_square(modes.shapes, MatX::Identity(n, n));
-  return modes.gauges.allFinite() && invert_better(modes);
+  const auto amounts = modes.gauges.rowwise().norm().array() * modes.shapes.colwise().norm().transpose().array();
+  return modes.gauges.allFinite() && amounts.maxCoeff() < largest_amounts && invert_better(modes);
 }
 
 namespace {

@@ -189,6 +189,57 @@ quantity = "kinetic"
   }
 }
 
+// A body that flies, turns and falls has fewer shapes than motions: its rotations' become displacements'. Beside a hinged body that ended
+// every run at its start.
+TEST(Exponential, FollowsAFallingBodyBesideAPendulum) {
+  const Scene scene = parse_scene(R"toml(
+[simulation]
+duration = 0.5
+gravity = [-1.35, 1.9, 0.135]
+[[body]]
+name = "pendulum"
+kind = "rigid"
+mass = 2.339
+inertia = [0.053338168575283666, 0.05721633662631104, 0.05014239281995063]
+centre_of_mass = [-0.192, -0.095, -0.052]
+[[body]]
+name = "flier"
+kind = "rigid"
+mass = 1.812
+inertia = [0.018697316504849786, 0.006747814368703978, 0.014218178927575435]
+centre_of_mass = [0.009, 0.193, 0.159]
+[[joint]]
+name = "pin"
+kind = "revolute"
+parent = "ground"
+child = "pendulum"
+position = [0.009, -0.065, -0.138]
+rotation = [-0.161, -0.857, 0.557]
+axis = [-0.242, -0.239, 0.818]
+initial = { rate = 0.024 }
+[[joint]]
+name = "flight"
+kind = "free"
+parent = "ground"
+child = "flier"
+position = [0.234, 0.248, -0.115]
+rotation = [-0.19800000000000004, -0.6060000000000001, -0.6670000000000001]
+axis = [0.498, 0.058, 0.547]
+initial = { rate = [-0.997, 0.265, 0.049, 0.147, -0.023, -0.73] }
+[[output]]
+name = "flier"
+of = "flier"
+quantity = "position"
+[[output]]
+name = "pendulum"
+of = "pendulum"
+quantity = "rotation"
+)toml",
+                                  "flier.toml");
+  const Histories reference = histories(scene, 1e-11, Method::erk);
+  EXPECT_LT(error(histories(scene, 1e-6, Method::exponential), reference), 1e-5);
+}
+
 constexpr const char* beam = R"(
 length = 0.5
 section = { shape = "rectangle", width = 0.01, height = 0.02 }
