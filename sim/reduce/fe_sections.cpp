@@ -272,7 +272,8 @@ std::optional<FeBeamSection> beam_shape(const std::string& shape, std::vector<do
     const double a = d[0], b = d[1], right = d[2], top = d[3] > 0 ? d[3] : d[2], left = d[4] > 0 ? d[4] : d[2],
                  bottom = d[5] > 0 ? d[5] : d[3];
     const double hole_a = a - right - left, hole_b = b - top - bottom;
-    if (!(hole_a > 0.0 && hole_b > 0.0)) return std::nullopt;
+    const double thinnest = std::min({right, top, left, bottom});
+    if (!(hole_a > 0.0 && hole_b > 0.0 && thinnest > 0.0 && std::isfinite(a + b))) return std::nullopt;
     s.area = a * b - hole_a * hole_b;
     // The hole lies beside the middle where opposite walls differ; about the centroid.
     const double hole = hole_a * hole_b, beside_a = 0.5 * (left - right), beside_b = 0.5 * (bottom - top),

@@ -132,6 +132,9 @@ TEST(ReduceNastran, SectionsByShape) {
   EXPECT_NEAR(box->I22, yy - y1 * y1 / A, 1e-3 * box->I22);
   EXPECT_NEAR(box->I11, zz - z1 * z1 / A, 1e-3 * box->I11);
   EXPECT_NEAR(box->I12, yz - y1 * z1 / A, 1e-3 * box->I11);
+  // Without a wall there is no box; its torsion was looked for without end.
+  EXPECT_TRUE(beam_shape("BOX", {0.1, 0.2, 0.01, 0.01, 0.01, 0.01}));
+  for (double wall : {0.0, -0.01}) EXPECT_FALSE(beam_shape("BOX", {0.1, 0.2, wall, 0.01, 0.01, 0.01})) << wall;
 }
 
 // Thicknesses at the grids come before the property's: with Poisson's ratio zero a cantilever strip's frequency is proportional to them.
