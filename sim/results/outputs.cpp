@@ -4,6 +4,7 @@
 #include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/kinematics.h"
 #include "sim/dynamics/loads.h"
+#include "sim/dynamics/reactions.h"
 #include "sim/dynamics/stops.h"
 #include "sim/model/bodies.h"
 #include "sim/scene/joint_kinds.h"
@@ -247,6 +248,15 @@ void force_columns(const Model& model, const OutputPlan& plan, Work& work, doubl
   }
 }
 
+// What friction holds a rate with that sticks: the multiplier of its lock (friction.h).
+double holding_force(const Model& model, Work& work, const Part& part, int rate) {
+  const ClusterWork& cw = work.clusters[part.cluster];
+  const auto lock = std::find(cw.locked.begin() + cw.carried, cw.locked.end(), part.v0 + rate - model.clusters[part.cluster].v0);
+  if (lock == cw.locked.end()) return 0.0;
+  const VecX lambda = closure_multipliers(model, work, part.cluster);
+  return lambda[lambda.size() - (cw.locked.end() - lock)];
+}
+
 // Forces of a joint's spring, stop or friction on its coordinates.
 void coordinate_force_columns(const Model& model, const OutputPlan& plan, Work& work, double* out) {
   if (plan.loop >= 0) {
@@ -259,7 +269,7 @@ void coordinate_force_columns(const Model& model, const OutputPlan& plan, Work& 
     const VecX force = tree_spring_force(part, work);
     for (int k = 0; k < plan.count; ++k) out[k] = force[k];
   } else if (plan.def.quantity == Quantity::friction_force) {
-    for (int k = 0; k < plan.count; ++k) out[k] = at.friction.size() > k ? at.friction[k] : 0.0;
+    for (int k = 0; k < plan.count; ++k) out[k] = (at.friction.size() > k ? at.friction[k] : 0.0) + holding_force(model, work, part, k);
   } else {
     const double q = work.q[part.q0], w = work.w[part.v0];
     const Stop& stop = *part.joint.stop;

@@ -182,6 +182,48 @@ def friction(folder):
     near(h["f"][-1], 0, 1e-9, "no force at rest")
 
 
+def holding_friction(folder):
+    """What sticks is held by as much as pulls: by Newton, on a slide beside a spring, a hinge, a plane and the slider of a loop."""
+    rubs = dict(coefficient=0.3, static_coefficient=0.5, normal_force=20)
+    pull = """[[force]]
+kind = "force"
+on = "m"
+direction = [1, 0, 0]
+value = "3*t"
+"""
+    held = joint("rail", "prismatic", "ground", "m", axis=[1, 0, 0], initial=dict(value=0.1), friction=rubs, spring=dict(stiffness=40))
+    h = simulate(folder, simulation(1) + rigid("m", mass=2) + held + pull + output("f", "rail", "friction_force"), "slide")
+    for t, f in zip(h["t"], h["f"]):
+        near(f, 40 * 0.1 - 3 * t, 1e-9, "a slide beside its spring")
+
+    arm = rigid("m", mass=2, inertia=[1, 1, 1], centre_of_mass=[0.2, 0, 0])
+    hinge = joint("pin", "revolute", "ground", "m", friction=dict(rubs, radius=0.6), initial=dict(value=0))
+    h = simulate(folder, simulation(0.1, gravity=[0, -9.81, 0]) + arm + hinge + output("f", "pin", "friction_force"), "hinge")
+    near(h["f"][-1], 2 * 9.81 * 0.2, 1e-9, "a hinge")
+
+    plane = joint("flat", "planar", "ground", "m", friction=rubs)
+    on_plane = rigid("m", mass=2, inertia=[1, 1, 1]) + plane + pull.replace("[1, 0, 0]", "[3, 4, 0]")
+    h = simulate(folder, simulation(1) + on_plane + output("f", "flat", "friction_force"), "plane")
+    near(h["f.1"][-1], -0.6 * 3, 1e-9, "a plane, x")
+    near(h["f.2"][-1], -0.8 * 3, 1e-9, "a plane, y")
+
+    # A crank of 0.3 m and a rod of 0.5 m at right angles to it, no masses but the crank's; its torque presses the slider.
+    crank = rigid("crank", mass=1, inertia=[1, 1, 1], frames=dict(end=[0.3, 0, 0]))
+    rod = rigid("rod", mass=0, frames=dict(end=[0.5, 0, 0]))
+    angle = math.atan2(0.5, 0.3)
+    loop = joint("shaft", "revolute", "ground", "crank", initial=dict(value=angle)) + joint("elbow", "revolute", "crank.end", "rod")
+    loop += rigid("m", mass=1, inertia=[1, 1, 1]) + joint("wrist", "revolute", "rod.end", "m")
+    loop += joint("rail", "prismatic", "ground", "m", axis=[1, 0, 0], initial=dict(value=math.hypot(0.3, 0.5)), friction=rubs)
+    torque = """[[force]]
+kind = "torque"
+on = "crank"
+direction = [0, 0, 1]
+value = 1.5
+"""
+    h = simulate(folder, simulation(0.1) + crank + rod + loop + torque + output("f", "rail", "friction_force"), "loop")
+    near(h["f"][-1], 1.5 / 0.3 * 0.5 / math.hypot(0.3, 0.5), 1e-9, "a slider in a loop")
+
+
 def frames(folder):
     """Two cranks at different speeds: the angle between them; chord and tangent of a bent beam."""
     h = simulate(
@@ -512,6 +554,7 @@ with tempfile.TemporaryDirectory() as name:
         sections_in_motion,
         forces,
         friction,
+        holding_friction,
         tables,
         friction_at_the_start,
         frames,
