@@ -281,7 +281,9 @@ double pass_contacts(const Model& model, Work& work, const std::vector<bool>& en
       if (force == 0.0 && c.slide.isZero(0.0)) continue;
       drop();
       c.slip = ContactSlip::slips;
-      z = force > 0.0 ? Vec3(-c.friction / force) : Vec3(c.slide.normalized());
+      // Where what presses falls while the spring draws it back, it slides against the way that the spring was stretched.
+      const bool back = c.slide.dot(c.friction) > 0.0;
+      z = force > 0.0 && !back ? Vec3(-c.friction / force) : Vec3(c.slide.normalized());
       changes.push_back(fmt::format("{} slides", contact_name(model, at)));
     } else if (c.slide.norm() > at_rest * fastest(work)) {
       z = c.slide.normalized();  // it has only turned
