@@ -94,6 +94,8 @@ class MotionRun {
   int lost_body() const;
   // Whether it ended as steps left loops where they cannot be.
   bool lost_loops() const { return lost; }
+  // Whether it began with the exponential method, which the user has not asked for.
+  bool began_following() const { return automatic && with_matrices; }
 
  private:
   // ---- The problem that the integrators solve ----
@@ -722,7 +724,7 @@ SolverStatistics integrate(System& system, Method method, RunSpan& span, const R
     return run.run();
   } catch (const SimulationError& error) {
     indefinite = run.lost_body();
-    if (indefinite < 0 && run.lost_loops()) throw LoopsLost(error.what(), system.tolerance);
+    if (indefinite < 0 && run.lost_loops()) throw LoopsLost(error.what(), system.tolerance, run.began_following());
     throw;
   }
 }

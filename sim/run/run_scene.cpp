@@ -187,9 +187,11 @@ Results simulate_at(std::optional<double> tolerance, const Scene& scene, const S
   });
 }
 
-Results simulate_alone(const Scene& scene, const SimulateOptions& options, bool judge, Alone& alone, int& indefinite) {
-  return with_kept_loops(options.tolerance, [&](std::optional<double> tolerance) {
+// options: the method becomes the one by which the run was made where another did not follow the loops.
+Results simulate_alone(const Scene& scene, SimulateOptions& options, bool judge, Alone& alone, int& indefinite) {
+  return with_kept_loops(options.tolerance, [&](std::optional<double> tolerance, bool stepping) {
     indefinite = -1;
+    if (stepping) options.method = Method::dirk;
     return simulate_at(tolerance, scene, options, judge, alone, indefinite);
   });
 }
@@ -270,13 +272,13 @@ struct Unjudged {
 // at.
 Unjudged simulate_once(const Scene& scene, const SimulateOptions& options, bool judge, Called* called, int& indefinite) {
   Unjudged out;
-  out.results = simulate_alone(scene, options, judge && judges_effects(scene, options), out.alone, indefinite);
+  out.options = options;
+  out.results = simulate_alone(scene, out.options, judge && judges_effects(scene, options), out.alone, indefinite);
   if (called && calls(out.alone.left_out, out.alone.limits, *called)) {
     called->more = true;
     return out;
   }
   out.scene = scene;
-  out.options = options;
   return out;
 }
 
@@ -546,7 +548,8 @@ JudgedRun run_judged(const Scene& scene, const SimulateOptions& options, double 
     Alone alone;
     out.results = with_complete_inertia(out.scene, [&](const Scene& s, int& indefinite) {
       alone = Alone{};
-      return simulate_alone(s, options, !s.outputs.empty(), alone, indefinite);
+      SimulateOptions used = options;
+      return simulate_alone(s, used, !s.outputs.empty(), alone, indefinite);
     });
     if (round < most_calls && calls(alone.left_out, alone.limits, called)) {
       if (again) continue;

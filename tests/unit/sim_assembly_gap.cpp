@@ -1,4 +1,5 @@
 // Loops stay in the way in which they are assembled: beside a change point, from a guess in the other assembly, and through a change point.
+#include "sim/run/lost_loops.h"
 #include "sim/start/make_system.h"
 #include "sim/time/assembly_gap.h"
 #include "tests/unit/mechanism_text.h"
@@ -131,6 +132,35 @@ TEST(AssemblyGap, ALooseRunThatLosesItsLoopIsMadeAgain) {
   EXPECT_TRUE(loose.statistics.notes.texts(Severity::note).size() > tight.statistics.notes.texts(Severity::note).size());
   const VecX a = column(loose, "turn"), b = column(tight, "turn");
   EXPECT_LT((a - b).cwiseAbs().maxCoeff(), 0.1 * (b.maxCoeff() - b.minCoeff()));
+}
+
+// What the exponential method loses that "auto" took is made again from its start by steps over the vibrations, at the same tolerance; what
+// these lose too, or a method that was asked for, ends the run.
+TEST(AssemblyGap, WhatFollowingLosesIsMadeAgainByStepping) {
+  struct Made {
+    SolverStatistics statistics;
+  };
+  const auto made = [](double tolerance, bool followed, bool stepping_loses) {
+    std::vector<std::pair<double, bool>> runs;
+    std::string notes = "ended";
+    try {
+      const Made out = with_kept_loops(tolerance, [&](std::optional<double> at, bool stepping) {
+        runs.emplace_back(*at, stepping);
+        if (!stepping || stepping_loses) throw LoopsLost("joint 'w' cannot be closed", *at, followed && !stepping);
+        return Made{};
+      });
+      notes = out.statistics.notes.texts(Severity::note).at(0);
+    } catch (const LoopsLost&) {}
+    return std::pair{runs, notes};
+  };
+  using Runs = std::vector<std::pair<double, bool>>;
+  const auto [runs, note] = made(1e-6, true, false);
+  EXPECT_EQ(runs, (Runs{{1e-6, false}, {1e-6, true}}));
+  EXPECT_NE(note.find("method dirk"), std::string::npos) << note;
+  EXPECT_EQ(made(1e-6, true, true).first, (Runs{{1e-6, false}, {1e-6, true}}));
+  EXPECT_EQ(made(1e-6, true, true).second, "ended");
+  EXPECT_EQ(made(1e-6, false, false).first, (Runs{{1e-6, false}}));
+  EXPECT_EQ(made(1e-3, true, false).first.size(), 3u);
 }
 
 }  // namespace
