@@ -254,11 +254,12 @@ class Path {
   bool advance(double step, int& corrections) {
     const VecX along = now_.tangent, way = now_.way;
     const double load = now_.tangent_load;
+    const VecX q = system_.work.q;
     problem_->find_directions(all_);
     if (along.size() != static_cast<Eigen::Index>(problem_->sought.size())) return false;
     move(along, step);
     now_.load += step * load;
-    if (!correct(along, load, corrections)) return false;
+    if (!correct(along, load, corrections) || leapt(*problem_, q)) return false;
     renew_partitions(problem_->model, by_size_, system_.work);
     if (!find_tangent(way, load)) return false;
     // A step round a sharp bend might take another branch.

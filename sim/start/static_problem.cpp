@@ -4,6 +4,7 @@
 #include "sim/dynamics/closure.h"
 #include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/kinematics.h"
+#include "sim/scene/joint_kinds.h"
 
 #include <algorithm>
 
@@ -343,6 +344,26 @@ Partition close_by_size(const Model& model, int cluster, Work& work) {
 }
 
 }  // namespace
+
+bool leapt(const StaticProblem& p, const VecX& q) {
+  bool leapt = false;
+  for (size_t c = 0; c < p.model.clusters.size(); ++c) {
+    ClusterWork& cw = p.work.clusters[c];
+    if (cw.partition.dep.empty() || !crossed(cw)) continue;
+    const Cluster& cluster = p.model.clusters[c];
+    double farthest = 0.0;
+    for (const int i : cluster.parts) {
+      const Part& part = p.model.parts[i];
+      for (int k = 0; k < part.joint.nq; ++k) {
+        const double metres = is_length(part.joint.kind, k) ? 1.0 : cluster.size;
+        farthest = std::max(farthest, std::abs(p.work.q[part.q0 + k] - q[part.q0 + k]) * metres);
+      }
+    }
+    if (farthest > 1e-6 * cluster.size) leapt = true;
+    else cw.partition.side = cw.side;
+  }
+  return leapt;
+}
 
 void renew_partitions(const Model& model, bool by_size, Work& work) {
   for (size_t c = 0; c < model.clusters.size(); ++c) {

@@ -60,6 +60,10 @@ struct StaticProblem {
 };
 StaticProblem static_problem(const Model& model, Work& work);
 
+// Whether a step from q has led a loop over into another assembly, in which it closes beyond a singular position. A change point, which
+// leads there without a gap, is passed by steps so short that what they leave is the root of what closing leaves (assembly_gap.h).
+bool leapt(const StaticProblem& p, const VecX& q);
+
 // Loops may have come near a singular position of their dependent coordinates.
 void renew_partitions(const Model& model, bool by_size, Work& work);
 

@@ -159,7 +159,7 @@ Found search(StaticProblem& p, const Sought& what, Way way, StaticSolution& out)
     bool accepted = false;
     for (int halving = 0; halving < 40 && !accepted; ++halving, share *= 0.5) {
       for (Eigen::Index k = 0; k < n; ++k) move_along(p.model, p.sought[k], share * x[k] / p.scale[k], p.work);
-      accepted = p.evaluate(nullptr, next);
+      accepted = p.evaluate(nullptr, next) && !leapt(p, q);
       if (accepted) {
         // The step that would follow with the same stiffness: shorter, if this one led nearer.
         factors.solve(next, follows);
