@@ -461,7 +461,9 @@ std::string rest_of_time(const TableReader& reader) {
     const std::string text = reader.parameters().substitute(value->text);
     return Expression(text).constant() ? std::string() : text;
   } catch (const InputError&) {
-    return {};  // a number with a unit, or what is no number either
+    // A number with a unit, an expression of t with units inside, or what is neither.
+    const auto with_units = expression_with_units(reader, "rest", value->text, "m");
+    return with_units && !Expression(*with_units).constant() ? *with_units : std::string();
   }
 }
 

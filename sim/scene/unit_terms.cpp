@@ -244,11 +244,40 @@ std::optional<UnitTerms> resolve_units(std::string_view text) {
   }
 }
 
-std::optional<std::string> replace_units(std::string_view text, const char* unit) {
-  if (const auto [number, behind] = split_unit(text); !behind.empty() && !resolve_units(number)) return std::nullopt;
+namespace {
+
+bool in_word(char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; }
+
+// "90 deg * t" for "90 deg*t": where the time is known it is meant, not the tonne.
+std::string time_apart(std::string_view text) {
+  std::string out;
+  for (std::size_t k = 0; k < text.size(); ++k) {
+    const bool time = text[k] == '*' && k + 1 < text.size() && text[k + 1] == 't' && (k + 2 == text.size() || !in_word(text[k + 2]));
+    if (time) out += " * ";
+    else out += text[k];
+  }
+  return out;
+}
+
+bool names_time(std::string_view text) {
+  for (std::size_t k = 0; k < text.size(); ++k)
+    if (text[k] == 't' && (k == 0 || !in_word(text[k - 1])) && (k + 1 == text.size() || !in_word(text[k + 1]))) return true;
+  return false;
+}
+
+}  // namespace
+
+std::optional<std::string> replace_units(std::string_view given, const char* unit) {
+  const std::string text = time_apart(given);
+  const std::optional<Unit> wanted = unit ? parse_unit(unit) : std::nullopt;
+  if (const auto [number, behind] = split_unit(text); !behind.empty() && !resolve_units(number)) {
+    // "t*90 deg": a unit behind the whole expression.
+    const Unit whole = *parse_unit(behind);
+    if (!names_time(number) || is_sum(number) || !wanted || !fits(whole.dimension, wanted->dimension)) return std::nullopt;
+    return fmt::format("({})*{:.17g}", number, whole.factor / wanted->factor);
+  }
   const std::optional<UnitTerms> terms = resolve_units(text);
   if (!terms) return std::nullopt;
-  const std::optional<Unit> wanted = unit ? parse_unit(unit) : std::nullopt;
   if (terms->dimension && wanted && !fits(*terms->dimension, wanted->dimension))
     throw InputError(fmt::format("its units do not make {}", *unit ? unit : "a plain number"));
   return terms->text;

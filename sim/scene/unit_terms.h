@@ -22,8 +22,9 @@ struct UnitTerms {
 // "5 mm + 2 kg", "sin(3 N)".
 std::optional<UnitTerms> resolve_units(std::string_view text);
 
-// The text with its units replaced, where a number in `unit` (as Range::unit) is wanted; none where there is none inside, or one behind the
-// whole. Throws InputError where they make another dimension.
+// The text of an expression of t with its units replaced, where a number in `unit` (as Range::unit) is wanted; none where there is none
+// inside, or one behind a whole without t. What is multiplied by t is multiplied by the time. Throws InputError where they make another
+// dimension.
 std::optional<std::string> replace_units(std::string_view text, const char* unit);
 
 // Whether a '+' or '-' joins two terms outside all brackets: "L + 2", not "-2*(a + b)" or "1e-3".

@@ -472,6 +472,35 @@ def units_everywhere(folder):
             expect(word in message, f"{key} = {value}: {word!r} is missing in {message!r}")
 
 
+def times_with_units(folder):
+    # What is multiplied by t is multiplied by the time: not a product of units with the tonne; also where a spring's rest moves.
+    arm = rigid("m", mass=2, inertia=[1, 1, 1])
+    for words, value in (
+        ("90 deg*t", math.pi / 2),
+        ("t*90 deg", math.pi / 2),
+        ("2*45 deg*t^2", math.pi / 2),
+        ("30 deg + 60 deg*t", math.pi / 2),
+        ("90 deg/s*t", math.pi / 2),
+        ("0.1 + t*60 deg", None),
+    ):
+        text = simulation(1) + arm + joint("pin", "revolute", "ground", "m", motion=words) + output("turn", "pin", "value")
+        if value is None:
+            (folder / "refused.toml").write_text(text)
+            expect("'motion'" in run("check", folder / "refused.toml", code=2).stderr, f"{words} is refused")
+        else:
+            near(simulate(folder, text, "turns")["turn"][-1], value, 1e-12, words)
+    rail = joint("rail", "prismatic", "ground", "m", axis=[1, 0, 0], initial=dict(value=0.05))
+    for words, at_end in (("50 mm + 1 cm*sin(2 Hz*2*pi*t)", 0.05), ("50 mm + 1 cm*t", 0.06), ("5 cm", 0.05)):
+        coil = force("spring-damper", "m", name="coil", stiffness=300, damping=4, rest=words)
+        seen = output("force", "coil", "force") + output("length", "coil", "length") + output("rate", "coil", "length_rate")
+        h = simulate(folder, simulation(1) + arm + rail + coil + seen, "rests")
+        near(h["force"][-1], 300 * (h["length"][-1] - at_end) + 4 * h["rate"][-1], 1e-9, f"rest = {words}")
+    push = force("force", "m", direction=[1, 0, 0], value="2 kN*t + 3 N*x") + output("x", "rail", "value") + output("v", "rail", "rate")
+    h = simulate(folder, simulation(1) + arm + rail.replace("0.05", "0") + push, "pushes")
+    a = math.sqrt(1.5)
+    near(h["x"][-1], 1000 * (math.sinh(a) / a - 1) / 1.5, 1e-3, "a force of time and place")
+
+
 def errors(folder):
     scene = folder / "wrong.toml"
     base = CANTILEVER.replace("MODEL", "").replace("ROTATION", "")
@@ -560,6 +589,7 @@ with tempfile.TemporaryDirectory() as name:
         frames,
         units,
         units_everywhere,
+        times_with_units,
         works,
         errors,
         heads,
