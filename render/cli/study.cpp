@@ -2,6 +2,7 @@
 #include "render/cli/commands.h"
 #include "render/cli/engine.h"
 #include "render/cli/jobs.h"
+#include "render/cli/shell_word.h"
 #include "render/cli/terminal.h"
 
 #include "render/film/picture_accuracy.h"
@@ -112,11 +113,12 @@ Command add_study(Program& program) {
             options.folder = words->out.empty() ? fs::path(name + "-study") : fs::path(words->out);
             options.resume = words->resume;
             options.version = FLEXFRAME_VERSION;
-            options.command = fmt::format("flexframe study {}", words->scene);
+            options.command = fmt::format("flexframe study {}", shell_word(words->scene));
+            for (const std::string& one : words->settings) options.command += fmt::format(" --set {}", shell_word(one));
             if (!words->axes.empty()) options.command += fmt::format(" --axes {}", fmt::join(words->axes, ","));
             if (words->longest > 0.0) options.command += fmt::format(" --longest {:g}", words->longest);
             options.command += fmt::format(" --seconds {:g}", words->seconds);
-            if (!words->reference.empty()) options.command += fmt::format(" --reference {}", words->reference);
+            if (!words->reference.empty()) options.command += fmt::format(" --reference {}", shell_word(words->reference));
             else if (words->reference_seconds > 0.0) options.command += fmt::format(" --reference-seconds {:g}", words->reference_seconds);
             options.command += fmt::format(" --repeats {}", words->repeats);
             require_writable(options.folder);

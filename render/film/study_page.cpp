@@ -35,6 +35,7 @@ std::string study_page(const Study& study) {
   for (const StudyBlock& b : study_blocks(study)) {
     if (b.kind == StudyBlock::Kind::heading) out += fmt::format("<h2 id=\"{0}\">{0}</h2>\n", render::escape_html(b.text));
     if (b.kind == StudyBlock::Kind::text) out += paragraph(b.text);
+    if (b.kind == StudyBlock::Kind::command) out += paragraph(fmt::format("Made by `{}`.", b.text));
     if (b.kind == StudyBlock::Kind::table) out += render::house_table(b.rows, true);
     if (b.kind == StudyBlock::Kind::diagram)
       for (const NamedDiagram& d : diagrams)

@@ -6,6 +6,10 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+#include <string_view>
+#include <utility>
+
 namespace flexframe::film {
 namespace {
 
@@ -106,6 +110,36 @@ std::string to_json(const Study& s) {
   return out.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
+constexpr std::size_t page_width = 140;
+
+// A paragraph in lines of the page's width.
+std::string paragraph(std::string_view text) {
+  std::string out, line;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find(' '), text.size());
+    if (!line.empty() && line.size() + 1 + end > page_width) out += std::exchange(line, {}) + '\n';
+    if (!line.empty()) line += ' ';
+    line += text.substr(0, end);
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return out + line + '\n';
+}
+
+// A command to copy, which goes on below where it is long.
+std::string command_block(std::string_view command) {
+  std::string out, line = "   ";
+  while (!command.empty()) {
+    std::size_t end = std::min(command.find(" --", 1), command.size());
+    while (end < command.size() && std::ranges::count(command.substr(0, end), '\'') % 2 == 1)
+      end = std::min(command.find(" --", end + 1), command.size());
+    if (line.size() + end + 2 > page_width) out += std::exchange(line, "     ") + " \\\n";
+    line += command.front() == ' ' ? "" : " ";
+    line += command.substr(0, end);
+    command.remove_prefix(end);
+  }
+  return out + line + '\n';
+}
+
 std::string to_markdown(const Study& s) {
   std::string out = fmt::format("# {}: what accuracy costs\n", s.title);
   const auto line = [&](const std::vector<std::string>& cells) {
@@ -117,7 +151,8 @@ std::string to_markdown(const Study& s) {
   for (const StudyBlock& b : study_blocks(s)) {
     out += '\n';
     if (b.kind == StudyBlock::Kind::heading) out += fmt::format("## {}\n", b.text);
-    if (b.kind == StudyBlock::Kind::text) out += b.text + '\n';
+    if (b.kind == StudyBlock::Kind::text) out += paragraph(b.text);
+    if (b.kind == StudyBlock::Kind::command) out += "Made by\n\n" + command_block(b.text);
     if (b.kind == StudyBlock::Kind::diagram) out += fmt::format("![{0}]({0}.svg)\n", b.text);
     if (b.kind != StudyBlock::Kind::table) continue;
     line(b.rows.front());

@@ -208,7 +208,7 @@ Diagram picture_diagram(const Study& s) {
 
 std::vector<StudyBlock> study_blocks(const Study& s) {
   std::vector<StudyBlock> out;
-  if (!s.command.empty()) out.push_back({.kind = Kind::text, .text = fmt::format("Made by `{}`.", s.command)});
+  if (!s.command.empty()) out.push_back({.kind = Kind::command, .text = s.command});
   out.push_back(advice_table(s));
   out.push_back({.kind = Kind::diagram, .text = "front"});
   out.push_back(

@@ -9,9 +9,9 @@
 
 namespace flexframe::film {
 
-// Headings, sentences (`words` between backquotes are as typed), tables (the first row their heads), and places of diagrams by name.
+// Headings, sentences, the command that made the study, tables (the first row their heads), and places of diagrams by name.
 struct StudyBlock {
-  enum class Kind { heading, text, table, diagram };
+  enum class Kind { heading, text, command, table, diagram };
   Kind kind = Kind::text;
   std::string text = {};
   std::vector<std::vector<std::string>> rows = {};

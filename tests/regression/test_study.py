@@ -3,6 +3,7 @@ import csv
 import json
 import pathlib
 import re
+import shlex
 
 from program import bending_slider_crank, examples, expect, finish, history, run, temporary_folder
 
@@ -22,6 +23,18 @@ def largest_error(found, wanted):
     return worst
 
 
+def lines_of_the_report(folder):
+    """They stay within 140 columns, tables aside, and the command that they tell can be copied."""
+    report = (folder / "study.md").read_text()
+    long = [line for line in report.splitlines() if len(line) > 140 and not line.startswith("|")]
+    expect(not long, f"long lines in the report: {long}")
+    expect("relative to the whole vector. A phase error" in report.replace("\n", " "), "the report lost words")
+    typed = re.search(r"Made by\n\n((    .*\n)+)", report)[1]
+    wanted = json.loads((folder / "study.json").read_text())["command"]
+    expect(len(typed.splitlines()) == 1 + len(wanted) // 136, f"lines of the command: {typed}")
+    expect(shlex.split(typed.replace("\\\n", "")) == shlex.split(wanted), f"the report's command is {typed}, not {wanted}")
+
+
 with temporary_folder() as folder:
     folder = pathlib.Path(folder)
     short = (
@@ -35,7 +48,8 @@ with temporary_folder() as folder:
 
     # A study of two axes: its files, its numbers, its advice.
     out = folder / "study"
-    words = ["study", scene, "-o", out, "--axes", "tolerance,elements", "--repeats", "2", "--reference-seconds", "4"]
+    words = ["study", scene, "--set", "body.pendulum.boundary='clamped-free'", "-o", out, "--axes", "tolerance,elements", "--repeats", "2"]
+    words += ["--reference-seconds", "4"]
     text = run(*words).stdout
     for name in [
         "study.csv",
@@ -100,11 +114,16 @@ with temporary_folder() as folder:
     expect((out / "study.md").read_text().count("\n| ") == page.count("<tr>"), "the page's tables are not the report's")
 
     # A given reference, and words that are wrong.
-    run("simulate", scene, "--csv", folder / "r.csv", "--tolerance", "1e-9", "--no-error-estimate")
-    run("study", scene, "-o", folder / "given", "--axes", "tolerance", "--repeats", "1", "--reference", folder / "r.csv")
+    truth = folder / "the_truth_is_what_a_run_at_a_very_tight_tolerance_gives.csv"
+    run("simulate", scene, "--csv", truth, "--tolerance", "1e-9", "--no-error-estimate")
+    run("study", scene, "-o", folder / "given", "--axes", "tolerance", "--repeats", "1", "--reference", truth)
+    lines_of_the_report(out)
+    expect("--set" in study["command"] and "clamped-free" in study["command"], f"the command lacks --set: {study['command']}")
+    lines_of_the_report(folder / "given")
     given = json.loads((folder / "given" / "study.json").read_text())
     expect(
-        given["reference"]["what"] == "r.csv" and min(p["error"] for p in given["points"]) < 1e-3, f"given reference: {given['reference']}"
+        given["reference"]["what"] == truth.name and min(p["error"] for p in given["points"]) < 1e-3,
+        f"given reference: {given['reference']}",
     )
     done = run("study", scene, "-o", folder / "x", "--axes", "elemnts", code=2)
     expect("elements" in done.stderr, f"unknown axis: {done.stderr}")
