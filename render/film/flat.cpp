@@ -38,7 +38,11 @@ FlatAxis flat_axis(double low, double high, bool linear) {
 
 std::string flat_tick_text(double value) {
   if (value == 0.0 || (std::abs(value) >= 0.0099 && std::abs(value) < 9999.0)) return fmt::format("{:g}", value);
-  return fmt::format("{:.0e}", value);
+  // As many digits as the value has: 1e-03, 9.5e-03.
+  std::string text = fmt::format("{:.5e}", value);
+  const std::size_t power = text.find('e'), last = text.find_last_not_of("0", power - 1);
+  const std::size_t kept = text[last] == '.' ? last : last + 1;
+  return text.erase(kept, power - kept);
 }
 
 std::vector<double> flat_ticks(const FlatAxis& a) {
