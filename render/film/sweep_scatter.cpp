@@ -152,6 +152,14 @@ void scatter(FlatDrawing& out, const dvec2& corner, double size, const OnAxis& a
 }
 
 // searched: the places are a search's, whose correlations say nothing of the scene.
+// Words in the middle of a box of that width, in smaller letters where they do not fit, cut off only where these would be too small.
+FlatWord middle_words(const dvec2& at, const std::string& text, double size, double width, const vec3& ink, bool bold) {
+  constexpr double smallest = 7.5;
+  const render::Weight weight = bold ? render::Weight::bold : render::Weight::regular;
+  const double fitting = std::clamp(size * width / render::text_width(text, size, weight), smallest, size);
+  return {at, render::fit_text(text, fitting, width, weight), fitting, ink, FlatAnchor::middle, bold};
+}
+
 SweepPlot matrix(const std::vector<SweepColumn>& columns, std::size_t left_out, bool searched) {
   SweepPlot plot{"matrix", "All against each other", {}};
   FlatDrawing& out = plot.drawing;
@@ -181,10 +189,9 @@ SweepPlot matrix(const std::vector<SweepColumn>& columns, std::size_t left_out, 
           const double tall = (size - 42.0) * static_cast<double>(bins.counts[k]) / static_cast<double>(bins.most);
           if (tall > 0.0) out.fill_box(corner.x + a, corner.y + size - tall, std::max(0.5, wide - 0.5), tall, {0.45f, 0.66f, 0.83f});
         }
-        out.words.push_back({corner + dvec2(0.5 * size, 17.0), render::fit_text(columns[row].name, 12.0, size - 8.0, render::Weight::bold),
-                             12.0, flat_ink, FlatAnchor::middle, true});
-        out.words.push_back({corner + dvec2(0.5 * size, 32.0), fmt::format("{:.4g} to {:.4g}", sorted[row].front(), sorted[row].back()),
-                             10.0, flat_grey, FlatAnchor::middle});
+        const std::string range = fmt::format("{:.4g} to {:.4g}", sorted[row].front(), sorted[row].back());
+        out.words.push_back(middle_words(corner + dvec2(0.5 * size, 17.0), columns[row].name, 12.0, size - 6.0, flat_ink, true));
+        out.words.push_back(middle_words(corner + dvec2(0.5 * size, 32.0), range, 10.0, size - 6.0, flat_grey, false));
       }
       if (row < col && !searched) {
         std::vector<double> x, y;
