@@ -12,7 +12,7 @@ import xml.etree.ElementTree as xml
 import h5py
 import numpy as np
 
-from program import examples, expect, finish, history, near, run, temporary_folder
+from program import bending_pendulum, examples, expect, finish, history, near, run, temporary_folder
 
 
 def read_glb(path):
@@ -151,7 +151,7 @@ def read_by_vtk(folder, series, rate):
 
 with temporary_folder() as folder:
     folder = pathlib.Path(folder)
-    run("simulate", examples / "pendulum.toml", "-o", folder / "p.h5", "--csv", folder / "wanted.csv", "--no-error-estimate")
+    run("simulate", bending_pendulum(folder / "paper.toml"), "-o", folder / "p.h5", "--csv", folder / "wanted.csv", "--no-error-estimate")
 
     run("export", folder / "p.h5", "--to", "csv", "-o", folder / "p.csv")
     expect((folder / "p.csv").read_bytes() == (folder / "wanted.csv").read_bytes(), "the histories are not those of simulate")

@@ -11,7 +11,7 @@ import time
 
 import h5py
 
-from program import examples, expect, flexframe, history, run, run_parts
+from program import bending_pendulum, examples, expect, flexframe, history, run, run_parts
 from scene_text import body, force, joint, output, rigid, section, simulation
 
 pendulum = (
@@ -322,7 +322,7 @@ def shared_settings(folder):
 
 def shared_shapes(folder):
     """What points share leaves out the shapes under inertia, which their judges keep; against the whole beam by another method."""
-    scene = examples / "pendulum.toml"
+    scene = bending_pendulum(folder / "bending_pendulum.toml")
     words = ["--set", "body.pendulum.material.youngs_modulus=0.9e9:1.1e9:41", "--accuracy", "1e-2", "--workers", "1"]
     words += ["--response", "deflection=range(deflection.y)", "--response", "last=final(tip.x)"]
     run("sweep", scene, *words, "-o", folder / "shapes")

@@ -63,7 +63,7 @@ scenes = [
         "pendulum.toml of Schiavo et al. 2005: tip after 1 s, m",
         "pendulum.toml",
         None,
-        (),
+        ((', "shear"', ""), ("tolerance = 1e-7", "tolerance = 1e-6")),
         lambda h: math.dist([h[c][[round(t, 9) for t in h["t"]].index(1.0)] for c in ("tip.x", "tip.y")], pendulum),
     ),
     (
