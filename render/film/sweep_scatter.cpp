@@ -154,10 +154,10 @@ void scatter(FlatDrawing& out, const dvec2& corner, double size, const OnAxis& a
 // searched: the places are a search's, whose correlations say nothing of the scene.
 // Words in the middle of a box of that width, in smaller letters where they do not fit, cut off only where these would be too small.
 FlatWord middle_words(const dvec2& at, const std::string& text, double size, double width, const vec3& ink, bool bold) {
-  constexpr double smallest = 7.5;
+  constexpr double smallest = 7.0;
   const render::Weight weight = bold ? render::Weight::bold : render::Weight::regular;
-  const double fitting = std::clamp(size * width / render::text_width(text, size, weight), smallest, size);
-  return {at, render::fit_text(text, fitting, width, weight), fitting, ink, FlatAnchor::middle, bold};
+  while (size > smallest && render::text_width(text, size, weight) > width) size -= 0.25;
+  return {at, render::fit_text(text, size, width, weight), size, ink, FlatAnchor::middle, bold};
 }
 
 SweepPlot matrix(const std::vector<SweepColumn>& columns, std::size_t left_out, bool searched) {
