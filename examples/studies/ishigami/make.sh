@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Sobol's indices of Ishigami's function, whose values are known: examples/studies/ishigami/make.sh [FLEXFRAME]; ten CPU seconds.
+# Sobol's indices of Ishigami's function, whose values are known: examples/studies/ishigami/make.sh [FLEXFRAME]; four CPU seconds.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 flexframe=${1:-$here/../../../build/clang/flexframe}
