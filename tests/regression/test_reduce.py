@@ -26,8 +26,8 @@ with temporary_folder() as name:
         expect(abs(a - b) < 1e-3 * b, f"the committed beam has {a} Hz where {b} Hz comes out")
 
     # Tip of the pendulum of Schiavo et al. 2005 section 5.2 as a reduced solid against the beam model: 1 % of the path's range and of the
-    # largest deflection from the tangent at the pivot. Point by point the deflection's phase runs ahead of the beam's, which knows no
-    # shear.
+    # largest deflection from the tangent at the pivot. Point by point the deflections come apart by 4 % of their range: their phases grow
+    # apart.
     def pendulum(scene, table):
         run("simulate", scene, "-o", folder / "p.h5", "--csv", folder / table)
         c = history(folder / table)
