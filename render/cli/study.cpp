@@ -27,7 +27,8 @@ void print_study(const film::Study& study, const std::filesystem::path& folder) 
                film::distance_words(p.pixels, "px"), p.percent, p.cpu_run, p.cpu_pictures);
     fmt::print("figure       {}\n", (folder / "overview.png").string());
   }
-  fmt::print("reference    {}, good to {:.1e}, {:.2f} CPU s\n", study.reference, study.reference_error, study.reference_cpu);
+  const std::string good = study.reference_judged ? fmt::format("good to {:.1e}", study.reference_error) : "its own error is not known";
+  fmt::print("reference    {}, {}, {:.2f} CPU s\n", study.reference, good, study.reference_cpu);
   for (const film::StudyOrder& o : study.orders) fmt::print("order        {} ({}): {:.2f}\n", o.axis, o.series, o.order);
   for (const film::StudyAdvice& a : study.advice) {
     if (a.point < 0) {

@@ -204,6 +204,7 @@ struct Reference {
   sim::Histories histories;
   sim::VecX ranges;
   double error = 0.0, cpu = 0.0;
+  bool judged = false;
   std::string what;
 };
 
@@ -251,6 +252,7 @@ Reference make_reference(const sim::Scene& scene, const StudyOptions& options, R
       const double ratio = before > 0.0 ? d.largest / before : 0.0;
       out.error = d.largest * (ratio < 0.5 ? std::max(sim::error_of_difference, ratio / (1.0 - ratio)) : 1.0);
       before = d.largest;
+      out.judged = true;
     }
     out.histories = run.histories;
     const std::string space = has_axis(scene, "kept")    ? fmt::format("{:g} times the elements of the scene, half {} modes, ", factor,
@@ -456,9 +458,14 @@ Study run_study(const sim::Scene& scene, const StudyOptions& given) {
       options.reference ? read_reference(*options.reference, base.histories) : make_reference(plain, options, runs, base.cpu.front());
   study.reference = reference.what;
   study.reference_error = reference.error;
+  study.reference_judged = reference.judged;
   study.reference_cpu = reference.cpu;
   if (reference.error > 1e-4)
     study.notes.push_back(fmt::format("the error of the reference is {:.1g}; give it more time with --reference-seconds", reference.error));
+  if (!reference.judged && !options.reference)
+    study.notes.push_back(
+        "the error of the reference is not known, since no finer one ends in its time: errors may be wrong by as much; give it more with "
+        "--reference-seconds");
   runs.set_longest(options.longest > 0.0 ? options.longest : std::max(5.0, 20.0 * base.cpu.front()));
 
   // First runs, then repeats in turn, so that a disturbance of the machine hits all points alike.

@@ -76,8 +76,9 @@ struct PicturePoint {
 struct Study {
   std::string title, scene_file, command;
   std::vector<std::string> columns;
-  std::string reference;         // what it is
-  double reference_error = 0.0;  // estimated
+  std::string reference;          // what it is
+  double reference_error = 0.0;   // estimated
+  bool reference_judged = false;  // by a coarser one; else its error is not known
   double reference_cpu = 0.0;
   std::vector<StudyPoint> points;
   std::vector<StudyOrder> orders;

@@ -59,7 +59,8 @@ nlohmann::ordered_json overview_json(const StudyOverview& o) {
 
 std::string to_json(const Study& s) {
   nlohmann::ordered_json out = {{"title", s.title}, {"scene", s.scene_file}, {"command", s.command}, {"columns", s.columns}};
-  out["reference"] = {{"what", s.reference}, {"error", s.reference_error}, {"cpu_seconds", s.reference_cpu}};
+  out["reference"] = {
+      {"what", s.reference}, {"error", optional_number(s.reference_judged ? s.reference_error : -1.0)}, {"cpu_seconds", s.reference_cpu}};
   out["points"] = nlohmann::ordered_json::array();
   for (const StudyPoint& p : s.points) {
     nlohmann::ordered_json one = {{"axis", p.axis},

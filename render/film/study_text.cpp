@@ -215,10 +215,10 @@ std::vector<StudyBlock> study_blocks(const Study& s) {
       {.kind = Kind::text,
        .text = fmt::format(
            "Errors are the largest over time and over the outputs, relative to the range of each output; a vector's components are "
-           "relative to the whole vector. A phase error counts like any other. Reference: {}, its own error is {:.1e}, {:.2f} CPU s; "
+           "relative to the whole vector. A phase error counts like any other. Reference: {}, its own error is {}, {:.2f} CPU s; "
            "errors below three times that are not resolved (\"at the floor\"). CPU seconds are medians of interleaved repeats on one "
            "core, time integration and sampling of the outputs.",
-           s.reference, s.reference_error, s.reference_cpu)});
+           s.reference, s.reference_judged ? fmt::format("{:.1e}", s.reference_error) : "not known", s.reference_cpu)});
   for (const std::string& note : s.notes) out.push_back({.kind = Kind::text, .text = fmt::format("Note: {}.", note)});
   for (const std::string& axis : axes_of(s)) add_axis(s, axis, out);
   if (!s.pictures.empty()) add_pictures(s, out);

@@ -113,6 +113,12 @@ with temporary_folder() as folder:
     expect(not re.search(r"(src|href)=|url\(", bare) and "nan" not in bare.lower(), "the page loads or lacks something")
     expect((out / "study.md").read_text().count("\n| ") == page.count("<tr>"), "the page's tables are not the report's")
 
+    # A reference that no finer one judges has no error, and that is told.
+    text = run("study", scene, "-o", folder / "hasty", "--axes", "tolerance", "--repeats", "1", "--reference-seconds", "1e-4").stdout
+    hasty = json.loads((folder / "hasty" / "study.json").read_text())
+    expect(hasty["reference"]["error"] is None, f"the error of a single reference is told: {hasty['reference']}")
+    expect("its own error is not known" in text and any("not known" in n for n in hasty["notes"]), f"not told: {text}, {hasty['notes']}")
+
     # A given reference, and words that are wrong.
     truth = folder / "the_truth_is_what_a_run_at_a_very_tight_tolerance_gives.csv"
     run("simulate", scene, "--csv", truth, "--tolerance", "1e-9", "--no-error-estimate")
