@@ -244,13 +244,6 @@ std::pair<int, int> rate_owner(const Model& model, int cluster, int k) {
   return {-1, -1};
 }
 
-// Largest displacement of a node per unit of an elastic coordinate, rotations counted with `size`; m per unit.
-double elastic_reach(const Part& part, int k, double size) {
-  double reach = 0.0;
-  for (const FlexibleNode& node : part.body.nodes) reach = std::max({reach, node.phi.col(k).norm(), size * node.psi.col(k).norm()});
-  return reach;
-}
-
 int depth(const Model& model, int part) {
   int d = 0;
   for (int i = model.parts[part].parent; i != ground; i = model.parts[i].parent) ++d;
@@ -320,11 +313,7 @@ void make_plan(const Model& model, int cluster, ClusterWork& cw) {
   plan.first = static_cast<size_t>(std::find_if(c.parts.begin(), c.parts.end(), dependent) - c.parts.begin());
 }
 
-double rate_scale(const Model& model, int cluster, int rate) {
-  const auto [part, k] = rate_owner(model, cluster, rate);
-  if (k < 0) return 0.0;
-  return is_length(model.parts[part].joint.kind, k) ? 1.0 : model.clusters[cluster].size;
-}
+double rate_scale(const Model& model, int cluster, int rate) { return model.clusters[cluster].joint_reach[static_cast<size_t>(rate)]; }
 
 namespace {
 
@@ -532,12 +521,11 @@ Partition choose_partition(const Model& model, int cluster, Work& work, bool str
   for (int k = 0; k < c.nv; ++k) {
     const auto [part, rate] = rate_owner(model, cluster, k);
     if (rate < 0) {
-      const double reach = elastic_reach(model.parts[part], c.v0 + k - model.parts[part].ev0, c.size);
+      const double reach = c.elastic_reach[static_cast<size_t>(k)];
       if (reach > 0.0) scaled.col(k) /= reach;
       elastic_columns.push_back(k);
     } else {
-      const TreeJoint& j = model.parts[part].joint;
-      scaled.col(k) /= is_length(j.kind, rate) ? 1.0 : c.size;
+      scaled.col(k) /= c.joint_reach[static_cast<size_t>(k)];
       joint_columns.push_back(k);
       preference[k] = depth(model, part);
     }
@@ -1145,10 +1133,7 @@ double coupling_factor(const Model& model, const W& work, const CouplingRow::Ter
 double partition_growth(const Model& model, int cluster, const Work& work) {
   const Cluster& c = model.clusters[cluster];
   const ClusterWork& cw = work.clusters[cluster];
-  const auto elastic_scale = [&](int rate) {
-    const auto [part, k] = rate_owner(model, cluster, rate);
-    return k < 0 ? elastic_reach(model.parts[part], c.v0 + rate - model.parts[part].ev0, c.size) : 0.0;
-  };
+  const auto elastic_scale = [&c](int rate) { return c.elastic_reach[static_cast<size_t>(rate)]; };
   double growth = 0.0;
   static thread_local std::vector<double> scale;  // of the dependent rates: this runs after every step
   scale.clear();

@@ -243,6 +243,20 @@ void give_sizes(Model& model, const Scene& scene) {
     if (c.size == 0.0) c.size = model.size;
 }
 
+// Asked after every step: what its rates move where the cluster has its size.
+void give_reaches(const Model& model, Cluster& c) {
+  c.joint_reach.assign(static_cast<size_t>(c.nv), 0.0);
+  c.elastic_reach = c.joint_reach;
+  for (const int i : c.parts) {
+    const Part& p = model.parts[i];
+    for (int k = 0; k < p.joint.nv; ++k) c.joint_reach[static_cast<size_t>(p.v0 - c.v0 + k)] = is_length(p.joint.kind, k) ? 1.0 : c.size;
+    for (int k = 0; k < p.body.n; ++k) {
+      double& reach = c.elastic_reach[static_cast<size_t>(p.ev0 - c.v0 + k)];
+      for (const FlexibleNode& node : p.body.nodes) reach = std::max({reach, node.phi.col(k).norm(), c.size * node.psi.col(k).norm()});
+    }
+  }
+}
+
 }  // namespace
 
 void form_clusters(Model& model, const Scene& scene, const std::vector<int>& order) {
@@ -252,6 +266,7 @@ void form_clusters(Model& model, const Scene& scene, const std::vector<int>& ord
   const std::vector<double> spans = part_sizes(model);
   for (size_t k = 0; k < model.clusters.size(); ++k) complete_cluster(model, spans, static_cast<int>(k));
   give_sizes(model, scene);
+  for (Cluster& c : model.clusters) give_reaches(model, c);
 }
 
 }  // namespace flexframe::sim

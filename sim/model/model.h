@@ -130,6 +130,9 @@ struct Cluster {
   std::vector<int> frames;  // flexible frames that its joints and loops sit on
   int q0 = 0, nq = 0, v0 = 0, nv = 0;
   double size = 1.0;  // m, to scale closure errors
+  // Of each rate, m per unit: what a joint moves with arms as long as the cluster (0: an elastic one), and the largest displacement of a
+  // node by an elastic one, rotations with such arms (0: a joint's).
+  std::vector<double> joint_reach, elastic_reach;
 };
 
 // A force or torque on a frame, or a spring-damper between two.
