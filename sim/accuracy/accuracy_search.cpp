@@ -386,6 +386,11 @@ Scene Search::with_modes(int modes, int more) const {
   return out;
 }
 
+bool Search::all_in_elements() const {
+  const auto in_elements = [](const Resolvable& r) { return r.model == BeamModel::finite_element; };
+  return !bodies_.empty() && std::all_of(bodies_.begin(), bodies_.end(), in_elements);
+}
+
 int Search::level_for_modes(double modes) {
   int level = 0;
   while (modes_at(level) < modes) ++level;

@@ -49,6 +49,8 @@ class Search {
   Search(const Scene& scene, const SimulateOptions& options);
 
   bool has_levels() const { return !bodies_.empty(); }
+  // Whether modes may stand for all of them (with_modes): a beam in modes of its own or in volumes stays as it is.
+  bool all_in_elements() const;
   // Whether levels change this body of the scene.
   bool chooses(size_t body) const;
   const Scene& scene() const { return scene_; }

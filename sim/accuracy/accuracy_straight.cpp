@@ -119,12 +119,16 @@ class Straight {
   // Modes of bending that each beam keeps in these runs, with the static deflections of the rest, and the scene with them; 0: the scene as
   // it is written.
   int few_ = 0;
+  // Of stretching and twist so many more than the two that they have; a run with twice as many judges them.
+  int few_stiff_ = 0;
   Scene few_scene_;
   static constexpr int least_more = 2;
   double first_tolerance() const { return std::clamp(0.1 * t_.accuracy, 1e-9, 1e-3); }
   // Where forces at rest make most of what is seen, few modes bring the rest.
   int few_at_first() const { return std::max(3, static_cast<int>(std::ceil(0.5 * std::pow(t_.accuracy, -1.0 / 3.0)))); }
   int refined_ = 0;                       // times that it was too few
+  double lacked_ = 0.0;                   // of space then
+  bool refined_stiff_ = false;            // and what it was given more of
   bool short_of_margins_ = false;         // what the estimates say has to be several times smaller
   bool short_of_effects_ = false;         // what is left out has to be
   double space_margin_ = elastic_margin;  // by how much, of space
@@ -142,6 +146,7 @@ class Straight {
   std::set<std::pair<std::string, std::string>> pinned_;  // bodies and their effects that have been brought
   Verdict by_time_ = Verdict::kept;                       // of a run that called for more effects
   double needed_ = 0.0;                                   // how many times as near it has to be in time
+  double lost_before_ = 0.0;                              // the same of the run before where that was too far off to tell, else 0
   MatX time_, space_;
   std::optional<Histories> other_;   // the last run by which space was judged
   double other_at_ = 0.0;            // its tolerance
@@ -184,7 +189,7 @@ bool Straight::run_pilot(const Scene& scene, bool again) {
 bool Straight::run_few(const SimulateOptions& options, bool again) {
   constexpr int most_calls = 4;
   for (int call = 0; call < most_calls; ++call) {
-    few_scene_ = t_.search.with_modes(few_, 0);
+    few_scene_ = t_.search.with_modes(few_, few_stiff_);
     run_ = run_judged(few_scene_, options, t_.accuracy, false);
     run_.called = t_.search.adopt(run_.effects);
     if (!run_.called || !again) return true;
@@ -293,7 +298,12 @@ Straight::Verdict Straight::judge_time(const Scene& scene) {
   // With few modes a search finds as much for less.
   if (t_.search.elastic && t_.search.has_levels() && next_work() > std::max(dear_step, dearer_step * run_.results.statistics.work))
     return Verdict::lost;
-  return needed > 1000.0 ? Verdict::lost : Verdict::tighter;
+  // So far off a run tells nothing but that: cheap ones go on as long as they come nearer.
+  constexpr double lost_from = 1000.0, nearer = 0.3;
+  const bool goes_on = next_work() <= dear_step && (lost_before_ <= 0.0 || needed <= nearer * lost_before_);
+  if (needed > lost_from && !goes_on) return Verdict::lost;
+  lost_before_ = needed > lost_from ? needed : 0.0;
+  return Verdict::tighter;
 }
 
 // Ranges of the outputs; what stands still counts against its size if that is more than rounding (moments of a hinge about its own axis:
@@ -354,7 +364,7 @@ bool Straight::judge_space() {
   if (!t_.search.has_levels()) return true;
   if (few_ > 0) {
     space_margin_ = finer_margin;
-    return space_by(t_.search.with_modes(more_than_few(), least_more), by_finer);
+    return space_by(t_.search.with_modes(more_than_few(), least_more + 2 * few_stiff_), by_finer);
   }
   const int fewest = t_.search.fewest();
   const std::optional<Scene> half = t_.search.coarser();
@@ -790,18 +800,26 @@ std::optional<Finished> Straight::follow_first() {
   return std::nullopt;
 }
 
-// More modes where these are what keeps a run from the accuracy, or what its margins ask for; false where there are enough of them.
+// More modes where these are what keeps a run from the accuracy, or what its margins ask for; false where there are enough of them. More of
+// bending, or of stretching and twist where the others did not bring it down (rod that falls on a stop: 5 to 10 of bending 1.5e-3 each).
 bool Straight::refine_few() {
-  constexpr int most_refinements = 2;
-  if (few_ == 0 || largest(space_) <= largest(time_) || ++refined_ > most_refinements) return false;
-  few_ = more_than_few();
+  constexpr int most_refinements = 4;
+  constexpr double brings = 0.7;
+  const double lacks = largest(space_);
+  if (few_ == 0 || lacks <= largest(time_) || ++refined_ > most_refinements) return false;
+  const bool stretches = std::any_of(t_.search.states.begin(), t_.search.states.end(),
+                                     [](const EffectState& s) { return s.on && (s.effect == "axial" || s.effect == "torsion"); });
+  if (refined_ > 1 && lacks > brings * lacked_) refined_stiff_ = !refined_stiff_ && stretches;
+  if (refined_stiff_) few_stiff_ += least_more + few_stiff_;
+  else few_ = more_than_few();
+  lacked_ = lacks;
   has_looser_ = false, before_ = 0.0;
   return true;
 }
 
 // Few modes in place of all coordinates, by an implicit method as before: what is damped lets it take long steps in them.
 std::optional<Finished> Straight::try_few(const Scene& as_given, const Search& search, double within) {
-  if (few_ > 0 || (t_.search.rings && t_.search.smooth) || !t_.search.has_levels()) return std::nullopt;
+  if (few_ > 0 || (t_.search.rings && t_.search.smooth) || !t_.search.all_in_elements()) return std::nullopt;
   const double begun = work_seconds();
   Task task = t_;
   task.search = search;
@@ -919,6 +937,8 @@ std::optional<Finished> Straight::go(const Scene& as_given) {
       }
       // Its elements do not tell: modes do, before a search.
       const bool may_follow = t_.search.smooth && t_.search.elastic && !follows_vibrations(t_.options->method);
+      if (!space.resolved && !may_follow && few_ == 0 && !std::exchange(tried_few_, true))
+        if (std::optional<Finished> f = try_few(as_given, t_.search, few_allowance)) return f;
       if (!space.resolved && (tried_ || !may_follow)) return std::nullopt;
       if (!space.resolved) return try_following();
     }

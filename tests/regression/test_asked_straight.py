@@ -14,6 +14,7 @@ sys.path.append(str(pathlib.Path(__file__).parents[1] / "trust"))
 from kinds.frames import bracket_in_space  # noqa: E402
 from kinds.plane import micro_resonator, scissor_lift, stacker_mast, stopped_flap  # noqa: E402
 from kinds.states import steered_beam  # noqa: E402
+from kinds.wide import dropped_rod  # noqa: E402
 from run_trust import make  # noqa: E402
 from truths.formulas import Linear, beam_matrices  # noqa: E402
 
@@ -516,8 +517,34 @@ def few_modes_of_a_lift(folder):
     expect(any("modes" in c for c in chosen), f"scissor lift at 0.1: {chosen}")
 
 
+def far_too_loose_at_first(folder):
+    # The first runs of a resonator between clamped beams are thousands of times too far off: a search of fifty runs began, where four
+    # cheap ones bring it there.
+    text = make(micro_resonator, 211, 0).text
+    truth = by_hand(folder, text, ["left", "right"], 24, "--tolerance", "1e-9", method="bdf")
+    for asked in (1e-2, 1e-3):
+        summary, h = ask(folder, text, asked)
+        error = max(np.abs(h[name] - truth[name]).max() / np.ptp(truth[name]) for name in ("y.y", "R.x", "R.y", "stress"))
+        judge("resonator", summary, error, asked)
+        chosen = summary["accuracy"]["chosen"]  # a search tells what it left out, too
+        expect(not any("worth" in c for c in chosen), f"resonator at {asked:g} was searched for: {chosen}")
+
+
+def modes_of_stretching(folder):
+    # A rod that falls on its stop lacks modes of stretching, and got more of bending until a search began, of 36 runs.
+    text = make(dropped_rod, 233, 0).text
+    truth = by_hand(folder, text, ["rod"], 40, "--tolerance", "1e-6", "--set", 'body.rod.effects=["axial"]')
+    summary, h = ask(folder, text, 1e-3)
+    error = max(np.abs(h[name] - truth[name]).max() / np.ptp(truth[name]) for name in ("x", "tip.x"))
+    judge("dropped rod", summary, error, 1e-3)
+    chosen = summary["accuracy"]["chosen"]
+    expect(not any("worth" in c for c in chosen), f"dropped rod was searched for: {chosen}")
+
+
 run_parts(
     energy_after_a_blow,
+    far_too_loose_at_first,
+    modes_of_stretching,
     energy_of_a_steered_beam,
     length_shared_by_two,
     few_modes_of_a_lift,
