@@ -292,6 +292,19 @@ Reference read_reference(const fs::path& path, const sim::Histories& base) {
   return out;
 }
 
+void tell_reference(const Reference& reference, bool given, Study& study) {
+  study.reference = reference.what;
+  study.reference_error = reference.error;
+  study.reference_judged = reference.judged;
+  study.reference_cpu = reference.cpu;
+  if (reference.error > 1e-4)
+    study.notes.push_back(fmt::format("the error of the reference is {:.1g}; give it more time with --reference-seconds", reference.error));
+  if (!reference.judged && !given)
+    study.notes.push_back(
+        "the error of the reference is not known, since no finer one ends in its time: errors may be wrong by as much; give it more with "
+        "--reference-seconds");
+}
+
 // Slope of log error over log knob by least squares, of the points above the floor.
 void find_orders(Study& study) {
   for (const StudyPoint& p : study.points) {
@@ -456,16 +469,7 @@ Study run_study(const sim::Scene& scene, const StudyOptions& given) {
   show(0.02, "the reference");
   const Reference reference =
       options.reference ? read_reference(*options.reference, base.histories) : make_reference(plain, options, runs, base.cpu.front());
-  study.reference = reference.what;
-  study.reference_error = reference.error;
-  study.reference_judged = reference.judged;
-  study.reference_cpu = reference.cpu;
-  if (reference.error > 1e-4)
-    study.notes.push_back(fmt::format("the error of the reference is {:.1g}; give it more time with --reference-seconds", reference.error));
-  if (!reference.judged && !options.reference)
-    study.notes.push_back(
-        "the error of the reference is not known, since no finer one ends in its time: errors may be wrong by as much; give it more with "
-        "--reference-seconds");
+  tell_reference(reference, options.reference.has_value(), study);
   runs.set_longest(options.longest > 0.0 ? options.longest : std::max(5.0, 20.0 * base.cpu.front()));
 
   // First runs, then repeats in turn, so that a disturbance of the machine hits all points alike.
