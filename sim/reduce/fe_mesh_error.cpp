@@ -266,8 +266,16 @@ SparseMatrix interpolation(const FeRefined& divided, const FeSystem& system, con
   return out;
 }
 
-std::optional<FeModes> modes_of_divided(const FeRefined& divided, const FeSystem& system, const FeSystem& fine, const FeReduced& reduced,
-                                        const FeModes& modes, int wanted, const FeDivision& division) {
+// A mesh that has been divided, and its equations.
+struct Divided {
+  const FeRefined& mesh;
+  const FeSystem& fine;
+  const FeReduced& reduced;
+};
+
+std::optional<FeModes> modes_of_divided(const Divided& by, const FeSystem& system, const FeModes& modes, int wanted,
+                                        const FeDivision& division) {
+  const auto& [divided, fine, reduced] = by;
   const MatX rigid = free_rigid_motions(divided.model, fine, reduced, divided.held);
   if (division.coarse)
     return two_level_modes(*division.coarse, {reduced, rigid, interpolation(divided, system, fine)}, modes, wanted, division.ask);
@@ -292,7 +300,7 @@ std::optional<VecX> divided_mesh_error(const FeModel& model, const FeSystem& sys
     SparseMatrix().swap(fine.K);
     SparseMatrix().swap(fine.M);
   }
-  const std::optional<FeModes> found = modes_of_divided(*divided, system, fine, reduced, modes, wanted, division);
+  const std::optional<FeModes> found = modes_of_divided({*divided, fine, reduced}, system, modes, wanted, division);
   if (!found) return std::nullopt;
   // At the nodes that both have, as fields of the coarse mesh.
   const MatX all = reduced.expand(found->vectors);
