@@ -322,7 +322,11 @@ sim::Results run_simulation(const Job& job, const SimulationWords& words, const 
   if (words.strict && (words.no_check || words.no_estimate))
     throw UsageError("--strict needs the error estimate and the check of effects: it excludes --no-effect-check and --no-error-estimate");
   Progress progress("simulating");
-  options.progress = [&](double time) { progress.show(time / scene.simulation.duration); };
+  LongStart start("simulating: at its bodies, start and first steps");
+  options.progress = [&](double time) {
+    start.over();
+    progress.show(time / scene.simulation.duration);
+  };
   options.tell = [&](const std::string& sentence) { progress.say(sentence); };
   sim::Results results = scene.simulation.picture_accuracy ? film::simulate_for_pictures(scene, job.settings, options, memory)
                                                            : sim::simulate_as_asked(scene, options, memory);

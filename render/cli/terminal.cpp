@@ -142,6 +142,32 @@ void Progress::show(double fraction) {
   fmt::print(stderr, "{} {} %{}\n", what_, 10 * tenths, tenths < 10 ? left : "");
 }
 
+LongStart::LongStart(std::string words) : words_(std::move(words)) {
+  if (how_much == Verbosity::quiet) return;
+  thread_ = std::thread([this] { tell(); });
+}
+
+LongStart::~LongStart() {
+  over();
+  if (thread_.joinable()) thread_.join();
+}
+
+void LongStart::over() {
+  const std::scoped_lock lock(mutex_);
+  if (over_) return;
+  over_ = true;
+  changed_.notify_all();
+}
+
+void LongStart::tell() {
+  const auto start = std::chrono::steady_clock::now();
+  std::unique_lock lock(mutex_);
+  for (int seconds = 5;; seconds *= 2) {
+    if (changed_.wait_until(lock, start + std::chrono::seconds(seconds), [this] { return over_; })) return;
+    fmt::print(stderr, "{}, {} so far\n", words_, duration_text(seconds));
+  }
+}
+
 void Progress::say(const std::string& words) {
   if (how_much == Verbosity::quiet) return;
   clear();

@@ -2,8 +2,11 @@
 #pragma once
 
 #include <chrono>
+#include <condition_variable>
+#include <mutex>
 #include <stdexcept>
 #include <string>
+#include <thread>
 
 namespace flexframe::cli {
 
@@ -37,6 +40,25 @@ class Progress {
   bool line_open_ = false;
   int tenths_ = 0;
   std::chrono::steady_clock::time_point start_, last_;
+};
+
+// Says on stderr that a stage has begun which cannot tell how far it is: after 5 s, then at twice the time so far, until it is over.
+class LongStart {
+ public:
+  explicit LongStart(std::string words);
+  ~LongStart();
+  LongStart(const LongStart&) = delete;
+  LongStart& operator=(const LongStart&) = delete;
+  void over();
+
+ private:
+  void tell();
+
+  std::string words_;
+  bool over_ = false;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::thread thread_;
 };
 
 // The user's ctrl-C (or SIGTERM): work in progress is dropped, nothing half-written stays, exit code 130.

@@ -133,7 +133,10 @@ with temporary_folder() as folder:
     process = subprocess.Popen(
         [flexframe, "simulate", str(folder / "coil.toml"), "--csv", str(folder / "coil.csv")], stderr=subprocess.PIPE, text=True
     )
-    time.sleep(2)
+    # It says that it is at work, though it cannot tell how far.
+    while (line := process.stderr.readline()) and "so far" not in line:
+        pass
+    expect("bodies, start" in line, f"a long start says only {line!r}")
     process.send_signal(signal.SIGTERM)
     _, message = process.communicate(timeout=60)
     expect(process.returncode == 130 and "interrupted" in message, f"SIGTERM in a static start: exit {process.returncode}: {message}")
