@@ -426,6 +426,9 @@ JointDef read_joint(TableReader& reader, const Scene& scene) {
                   fmt::format("needs a joint with one coordinate ({}); a {} joint has {}", joint_words(has_one_coordinate), kind, count));
     if (reader.find("motion")->type == TomlValue::Type::table) {
       const TableReader motion = *reader.table("motion");
+      if (motion.has("value"))
+        motion.fail("value",
+                    "does not belong here: an expression of t stands by itself, motion = \"2*t\"; points have table or file, and period");
       motion.allow({"table", "file", "period"});
       joint.motion_table = read_table(motion, scene, "s", units_of(facts).value);
       check_reach(motion, *joint.motion_table, scene);

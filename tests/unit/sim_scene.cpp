@@ -461,6 +461,7 @@ TEST(Scene, WrongScenesAreExplained) {
        {"key 'motion' is no expression of t: '150*x', column 5: 'x' is unknown", "allowed: t, pi, e"}},
       {"motion = \"150*t\"", "motion = true", {"key 'motion' must be a number or an expression of t, found the boolean true"}},
       {"motion = \"150*t\"", "motion = \"150*t\"\ninitial = { value = 1 }", {"key 'initial' excludes 'motion'"}},
+      {"motion = \"150*t\"", "motion = { value = \"150*t\" }", {"key 'motion.value' does not belong here", "motion = \"2*t\""}},
       {"initial = { rate = [0, 0, 2.5] }", "motion = \"t\"", {"key 'motion' needs a joint with one coordinate"}},
       // forces
       {"kind = \"torque\"", "kind = \"toque\"", {"[[force]]: key 'kind' is 'toque', which is unknown; did you mean 'torque'?"}},
