@@ -28,16 +28,24 @@ TEST(SmallMatrices, ShortestTurnTurnsOneDirectionIntoTheOther) {
   }
 }
 
+// Symmetric, positive definite.
+MatX definite(const MatX& A) { return A * A.transpose() + MatX::Identity(A.rows(), A.rows()); }
+
+// Factorises the lower half of D, which is all that is read.
+void expect_factor(const MatX& D, MatX& half, MatX& L) {
+  half = D;
+  half.triangularView<Eigen::StrictlyUpper>().setConstant(std::nan(""));
+  ASSERT_TRUE(cholesky(half, L)) << D.rows();
+  EXPECT_LT((L * L.transpose() - D).norm(), 1e-14 * static_cast<double>(D.rows()) * D.norm()) << D.rows();
+  EXPECT_TRUE(L.isLowerTriangular(0.0)) << D.rows();
+}
+
 TEST(SmallMatrices, FactoriseAndSolveEverySize) {
   std::mt19937 random(1);
   for (Eigen::Index n = 1; n <= 45; ++n) {
-    const MatX A = random_matrix(random, n, n);
-    const MatX D = A * A.transpose() + MatX::Identity(n, n);
-    MatX half = D, L;
-    half.triangularView<Eigen::StrictlyUpper>().setConstant(std::nan(""));
-    ASSERT_TRUE(cholesky(half, L)) << n;
-    EXPECT_LT((L * L.transpose() - D).norm(), 1e-14 * static_cast<double>(n) * D.norm()) << n;
-    EXPECT_TRUE(L.isLowerTriangular(0.0)) << n;
+    const MatX A = random_matrix(random, n, n), D = definite(A);
+    MatX half, L;
+    expect_factor(D, half, L);
     const MatX b = random_matrix(random, n, 1);
     VecX x = b;
     solve(L, x.data());
@@ -64,13 +72,9 @@ TEST(SmallMatrices, FactoriseAndSolveEverySize) {
 TEST(SmallMatrices, FactoriseLargerOnes) {
   std::mt19937 random(5);
   for (const Eigen::Index n : {61, 64, 65, 66, 71, 96, 101, 128, 192, 200}) {
-    const MatX A = random_matrix(random, n, n);
-    const MatX D = A * A.transpose() + MatX::Identity(n, n);
-    MatX half = D, L;
-    half.triangularView<Eigen::StrictlyUpper>().setConstant(std::nan(""));
-    ASSERT_TRUE(cholesky(half, L)) << n;
-    EXPECT_LT((L * L.transpose() - D).norm(), 1e-14 * static_cast<double>(n) * D.norm()) << n;
-    EXPECT_TRUE(L.isLowerTriangular(0.0)) << n;
+    const MatX D = definite(random_matrix(random, n, n));
+    MatX half, L;
+    expect_factor(D, half, L);
     half(n - 1, n - 1) = -1.0;
     EXPECT_FALSE(cholesky(half, L)) << n;
   }
