@@ -15,47 +15,36 @@ namespace {
 // Parts of every stretch between two points; fewer where there are many points.
 int parts_of_stretch(size_t points) { return std::clamp<int>(static_cast<int>(8000 / points), 2, 16); }
 
-std::vector<CubicTable> splines(const std::vector<double>& u, const std::vector<Vec3>& points, std::optional<double> period) {
-  std::vector<CubicTable> out;
-  out.reserve(3);
-  for (int k = 0; k < 3; ++k) {
-    std::vector<double> y;
-    y.reserve(points.size());
-    for (const Vec3& p : points) y.push_back(p[k]);
-    out.emplace_back(u, std::move(y), period);
+// The spline between two of its points, an interval of width h apart: what its values have in common is made once.
+class Between {
+ public:
+  Between(const std::vector<double>& u, const std::vector<Vec3>& y, const std::vector<Vec3>& m, size_t i)
+      : u_(u[i]), v_(u[i + 1]), h_(v_ - u_), inverse_(1.0 / h_), y_(y[i]), m_(m[i]), n_(m[i + 1]), slope_((y[i + 1] - y[i]) * inverse_) {}
+  Vec3 place(double at) const {
+    const double a = v_ - at, b = at - u_, c = a * b / 6.0;
+    return y_ + b * slope_ - (c + c * a * inverse_) * m_ - (c + c * b * inverse_) * n_;
   }
-  return out;
-}
+  Vec3 tangent(double at) const {
+    const double a = v_ - at, b = at - u_, f = inverse_ / 6.0;
+    return slope_ + (h_ * h_ - 3.0 * a * a) * f * m_ + (3.0 * b * b - h_ * h_) * f * n_;
+  }
+  Vec3 bend(double at) const { return (v_ - at) * inverse_ * m_ + (at - u_) * inverse_ * n_; }
+  double width() const { return h_; }
 
-// The spline through the given points, by the length of their chords u; of a closed curve the first point is the last one again.
-struct Through {
-  const std::vector<double>& u;
-  std::array<std::vector<double>, 3> y, m;
-  Through(const std::vector<double>& by, const std::vector<Vec3>& points, bool closed) : u(by) {
-    for (size_t k = 0; k < 3; ++k) {
-      y[k].reserve(u.size());
-      for (size_t i = 0; i < u.size(); ++i) y[k].push_back(points[i % points.size()][static_cast<Eigen::Index>(k)]);
-      m[k] = spline_curvatures(u, y[k], closed);
-    }
-  }
-  // Between the points i and i + 1.
-  TimeJet jet(size_t k, size_t i, double at) const { return spline_jet(u, y[k], m[k], i, at); }
-  Vec3 place(size_t i, double at) const { return {jet(0, i, at).value, jet(1, i, at).value, jet(2, i, at).value}; }
+ private:
+  double u_, v_, h_, inverse_;
+  Vec3 y_, m_, n_, slope_;
 };
 
 // Slope of a spline between two of its points, a parabola: its values at both ends and in the middle are all of it.
 struct SlopeBetween {
   Vec3 begin, linear, square;
   double width;  // of the parameter
-  // i: of the point at u.
-  SlopeBetween(const Through& through, size_t i, double u, double v) : width(v - u) {
-    for (size_t d = 0; d < 3; ++d) {
-      const Eigen::Index k = static_cast<Eigen::Index>(d);
-      const double a = through.jet(d, i, u).rate, middle = through.jet(d, i, 0.5 * (u + v)).rate, b = through.jet(d, i, v).rate;
-      begin[k] = a;
-      square[k] = 2.0 * (a - 2.0 * middle + b);
-      linear[k] = b - a - square[k];
-    }
+  SlopeBetween(const Between& spline, double u, double v) : width(spline.width()) {
+    const Vec3 middle = spline.tangent(0.5 * (u + v)), end = spline.tangent(v);
+    begin = spline.tangent(u);
+    square = 2.0 * (begin - 2.0 * middle + end);
+    linear = end - begin - square;
   }
   // Length between two shares of the stretch, by Gauss' rule of five points.
   double arc(double from, double to) const {
@@ -82,29 +71,32 @@ SpaceCurve::SpaceCurve(const std::vector<Vec3>& points, bool closed) : closed_(c
     if (!(chord > 0.0) || !std::isfinite(chord)) throw InputError(fmt::format("its points {} and {} are one", i, i % n + 1));
     u.push_back(u.back() + chord);
   }
-  const Through through(u, points, closed);
+  std::vector<Vec3> given = points;
+  if (closed) given.push_back(points.front());
+  const std::vector<Vec3> bends = spline_curvatures(u, given, closed);
   const int parts = parts_of_stretch(n);
   s_.reserve(1 + (u.size() - 1) * static_cast<size_t>(parts));
   samples_.reserve(s_.capacity());
   s_.push_back(0.0);
   samples_.push_back(points.front());
   for (size_t i = 0; i + 1 < u.size(); ++i) {
-    const SlopeBetween slope(through, i, u[i], u[i + 1]);
+    const Between spline(u, given, bends, i);
+    const SlopeBetween slope(spline, u[i], u[i + 1]);
     for (int k = 0; k < parts; ++k) {
       const double to = u[i] + (u[i + 1] - u[i]) * (k + 1) / parts;
       s_.push_back(s_.back() + slope.arc(static_cast<double>(k) / parts, (k + 1.0) / parts));
-      samples_.push_back(k + 1 == parts ? points[(i + 1) % n] : through.place(i, to));
+      samples_.push_back(k + 1 == parts ? given[i + 1] : spline.place(to));
     }
   }
   length_ = s_.back();
-  xyz_ = splines(s_, samples_, closed ? std::optional<double>(length_) : std::nullopt);
+  bends_ = spline_curvatures(s_, samples_, closed);
 }
 
 SpaceCurve::Jet SpaceCurve::at(double s) const {
-  const double inside = closed_ ? s : std::clamp(s, 0.0, length_);
-  const TimeJet x = xyz_[0].jet(inside), y = xyz_[1].jet(inside), z = xyz_[2].jet(inside);
-  Jet out{{x.value, y.value, z.value}, {x.rate, y.rate, z.rate}, {x.acceleration, y.acceleration, z.acceleration}};
-  if (inside != s) {
+  const double inside = closed_ ? s - length_ * std::floor(s / length_) : std::clamp(s, 0.0, length_);
+  const Between spline(s_, samples_, bends_, interval_of(s_, inside));
+  Jet out{spline.place(inside), spline.tangent(inside), spline.bend(inside)};
+  if (!closed_ && inside != s) {
     out.place += (s - inside) * out.tangent;
     out.bend.setZero();
   }

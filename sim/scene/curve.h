@@ -4,9 +4,8 @@
 // its own length s, so that |dc/ds| = 1 up to the spline's error (1e-7 where a point stands every tenth of the radius of curvature).
 #pragma once
 
-#include "sim/scene/table.h"
+#include "sim/base/types.h"
 
-#include <memory>
 #include <vector>
 
 namespace flexframe::sim {
@@ -36,8 +35,7 @@ class SpaceCurve {
   bool closed_;
   double length_ = 0.0;
   std::vector<double> s_;  // of the samples
-  std::vector<Vec3> samples_;
-  std::vector<CubicTable> xyz_;
+  std::vector<Vec3> samples_, bends_;  // bends_: second derivatives at the samples
 };
 
 }  // namespace flexframe::sim

@@ -29,6 +29,7 @@ using Place = std::function<Vec3(double)>;
 // straight line.
 bool follows(const Place& place, double from, double to, int n, std::vector<Vec3>& ends) {
   constexpr double between = 0.37;
+  const double turn_squared = std::pow(std::sin(turn_of_points), 2);
   int turned = 0;
   Vec3 last = place(from), before = Vec3::Zero();
   ends.assign(1, last);
@@ -36,7 +37,7 @@ bool follows(const Place& place, double from, double to, int n, std::vector<Vec3
     const int whole = i / 2;
     const Vec3 now = place(from + (to - from) * (whole + (i % 2 ? between : 0.0)) / n), way = now - last;
     if (i % 2 == 0) ends.push_back(now);
-    const bool bends = before.cross(way).norm() > std::sin(turn_of_points) * before.norm() * way.norm();
+    const bool bends = before.cross(way).squaredNorm() > turn_squared * before.squaredNorm() * way.squaredNorm();
     if (i > 1 && (bends || before.dot(way) < 0.0)) ++turned;
     last = now;
     before = way;

@@ -8,8 +8,13 @@
 namespace flexframe::sim {
 
 // Second derivatives at the points of the spline with the end conditions of table.h. x ascending strictly, as many y; closed: the last
-// point is the first one again, and there are four or more. Throws InputError.
-std::vector<double> spline_curvatures(const std::vector<double>& x, const std::vector<double>& y, bool closed);
+// point is the first one again, and there are four or more. Y: double or Vec3. Throws InputError.
+template <class Y>
+std::vector<Y> spline_curvatures(const std::vector<double>& x, const std::vector<Y>& y, bool closed);
+
+// The interval of ascending values in which x lies, from x.front() to x.back(). Values are spaced evenly as a rule: looked for beside where
+// that puts x, a few steps, before the whole is halved again and again.
+size_t interval_of(const std::vector<double>& values, double x);
 
 // Value, slope and curvature at `at`, which lies between the points i and i + 1.
 inline TimeJet spline_jet(const std::vector<double>& x, const std::vector<double>& y, const std::vector<double>& m, size_t i, double at) {

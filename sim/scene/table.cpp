@@ -4,29 +4,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 
 namespace flexframe::sim {
-namespace {
-
-// The interval of ascending values in which x lies, from x.front() to x.back(). Values are spaced evenly as a rule: looked for beside where
-// that puts x, a few steps, before the whole is halved again and again.
-size_t interval_of(const std::vector<double>& values, double x) {
-  const size_t last = values.size() - 2;
-  const double share = (x - values.front()) / (values.back() - values.front());
-  size_t i = share > 0.0 ? std::min(last, static_cast<size_t>(share * static_cast<double>(last + 1))) : 0;
-  for (int steps = 0; steps < 8; ++steps) {
-    if (i > 0 && x < values[i]) --i;
-    else if (i < last && !(x < values[i + 1])) ++i;
-    else return i;
-  }
-  const auto after = static_cast<size_t>(std::upper_bound(values.begin(), values.end(), x) - values.begin());
-  return std::clamp<size_t>(after, 1, last + 1) - 1;
-}
-
-}  // namespace
-
 CubicTable::CubicTable(std::vector<double> x, std::vector<double> y, std::optional<double> period)
     : x_(std::move(x)), y_(std::move(y)), period_(period.value_or(0.0)) {
   if (x_.size() < 2 || x_.size() != y_.size()) throw InputError(fmt::format("a table needs two points or more, found {}", x_.size()));
