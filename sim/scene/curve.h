@@ -34,7 +34,7 @@ class SpaceCurve {
  private:
   bool closed_;
   double length_ = 0.0;
-  std::vector<double> s_;  // of the samples
+  std::vector<double> s_;              // of the samples
   std::vector<Vec3> samples_, bends_;  // bends_: second derivatives at the samples
 };
 
