@@ -1,5 +1,6 @@
 #include "render/import/arrays.h"
 
+#include "sim/base/late_library.h"
 #include "sim/base/words.h"
 
 #include <fmt/format.h>
@@ -18,21 +19,38 @@ using sim::InputError;
 
 constexpr std::uint64_t most_bytes = std::uint64_t{8} << 30;
 
+// libzip's functions; it is opened with the first archive.
+struct LibZip : sim::LateLibrary {
+  LibZip() : LateLibrary(FLEXFRAME_LIBZIP_FILE, "NumPy archives (libzip)") {}
+  decltype(&zip_discard) discard = function<decltype(&zip_discard)>("zip_discard");
+  decltype(&zip_fclose) close = function<decltype(&zip_fclose)>("zip_fclose");
+  decltype(&zip_fopen_index) open_member = function<decltype(&zip_fopen_index)>("zip_fopen_index");
+  decltype(&zip_fread) read = function<decltype(&zip_fread)>("zip_fread");
+  decltype(&zip_get_num_entries) count = function<decltype(&zip_get_num_entries)>("zip_get_num_entries");
+  decltype(&zip_open) open = function<decltype(&zip_open)>("zip_open");
+  decltype(&zip_stat_index) stat = function<decltype(&zip_stat_index)>("zip_stat_index");
+  decltype(&zip_strerror) error = function<decltype(&zip_strerror)>("zip_strerror");
+};
+const LibZip& libzip() {
+  static const LibZip library;
+  return library;
+}
+
 struct Closer {
-  void operator()(zip_t* archive) const { zip_discard(archive); }
-  void operator()(zip_file_t* file) const { zip_fclose(file); }
+  void operator()(zip_t* archive) const { libzip().discard(archive); }
+  void operator()(zip_file_t* file) const { libzip().close(file); }
 };
 
 // One member of the archive, unpacked; its checksum is looked at by libzip.
 std::string read_member(zip_t* archive, zip_uint64_t index, std::uint64_t size, const std::string& where) {
-  const std::unique_ptr<zip_file_t, Closer> file(zip_fopen_index(archive, index, 0));
-  if (!file) throw InputError(fmt::format("{}: cannot be unpacked: {}", where, zip_strerror(archive)));
+  const std::unique_ptr<zip_file_t, Closer> file(libzip().open_member(archive, index, 0));
+  if (!file) throw InputError(fmt::format("{}: cannot be unpacked: {}", where, libzip().error(archive)));
   if (size > most_bytes) throw InputError(fmt::format("{}: has {} bytes, more than {} are not read", where, size, most_bytes));
   std::string bytes(size, '\0');
-  if (zip_fread(file.get(), bytes.data(), size) != static_cast<zip_int64_t>(size) || zip_fread(file.get(), &bytes, 0) != 0)
+  if (libzip().read(file.get(), bytes.data(), size) != static_cast<zip_int64_t>(size) || libzip().read(file.get(), &bytes, 0) != 0)
     throw InputError(fmt::format("{}: is damaged", where));
   char rest = 0;
-  if (zip_fread(file.get(), &rest, 1) != 0) throw InputError(fmt::format("{}: is damaged (its checksum does not fit)", where));
+  if (libzip().read(file.get(), &rest, 1) != 0) throw InputError(fmt::format("{}: is damaged (its checksum does not fit)", where));
   return bytes;
 }
 
@@ -144,12 +162,12 @@ Array read_npy(const std::string& bytes, const std::string& where) {
 
 std::map<std::string, Array> read_npz(const std::filesystem::path& path) {
   int error = 0;
-  const std::unique_ptr<zip_t, Closer> archive(zip_open(path.c_str(), ZIP_RDONLY | ZIP_CHECKCONS, &error));
+  const std::unique_ptr<zip_t, Closer> archive(libzip().open(path.c_str(), ZIP_RDONLY | ZIP_CHECKCONS, &error));
   if (!archive) throw InputError(fmt::format("{}: is no NumPy archive (numpy.savez), or a damaged one", path.string()));
   std::map<std::string, Array> arrays;
-  for (zip_uint64_t i = 0; i < static_cast<zip_uint64_t>(zip_get_num_entries(archive.get(), 0)); ++i) {
+  for (zip_uint64_t i = 0; i < static_cast<zip_uint64_t>(libzip().count(archive.get(), 0)); ++i) {
     zip_stat_t stat;
-    if (zip_stat_index(archive.get(), i, 0, &stat) != 0 || !(stat.valid & ZIP_STAT_NAME) || !(stat.valid & ZIP_STAT_SIZE))
+    if (libzip().stat(archive.get(), i, 0, &stat) != 0 || !(stat.valid & ZIP_STAT_NAME) || !(stat.valid & ZIP_STAT_SIZE))
       throw InputError(fmt::format("{}: member {} cannot be read", path.string(), i));
     std::string name = stat.name;
     if (!name.ends_with(".npy")) continue;

@@ -2,6 +2,7 @@
 
 #include "render/base/file.h"
 #include "render/import/rotations.h"
+#include "sim/base/late_library.h"
 #include "sim/base/words.h"
 
 #include <fmt/format.h>
@@ -186,21 +187,44 @@ sim::Results read_mbdyn_mov(const std::filesystem::path& path, std::optional<dou
 
 namespace {
 
+// NetCDF's functions; it is opened with the first of its files.
+struct NetCdfLibrary : sim::LateLibrary {
+  NetCdfLibrary() : LateLibrary(FLEXFRAME_NETCDF_FILE, "NetCDF files") {}
+  decltype(&nc_close) close = function<decltype(&nc_close)>("nc_close");
+  decltype(&nc_free_string) free_string = function<decltype(&nc_free_string)>("nc_free_string");
+  decltype(&nc_get_att_string) get_att_string = function<decltype(&nc_get_att_string)>("nc_get_att_string");
+  decltype(&nc_get_att_text) get_att_text = function<decltype(&nc_get_att_text)>("nc_get_att_text");
+  decltype(&nc_get_var_double) get_var_double = function<decltype(&nc_get_var_double)>("nc_get_var_double");
+  decltype(&nc_inq_att) inq_att = function<decltype(&nc_inq_att)>("nc_inq_att");
+  decltype(&nc_inq_dimlen) inq_dimlen = function<decltype(&nc_inq_dimlen)>("nc_inq_dimlen");
+  decltype(&nc_inq_nvars) inq_nvars = function<decltype(&nc_inq_nvars)>("nc_inq_nvars");
+  decltype(&nc_inq_vardimid) inq_vardimid = function<decltype(&nc_inq_vardimid)>("nc_inq_vardimid");
+  decltype(&nc_inq_varid) inq_varid = function<decltype(&nc_inq_varid)>("nc_inq_varid");
+  decltype(&nc_inq_varname) inq_varname = function<decltype(&nc_inq_varname)>("nc_inq_varname");
+  decltype(&nc_inq_varndims) inq_varndims = function<decltype(&nc_inq_varndims)>("nc_inq_varndims");
+  decltype(&nc_open) open = function<decltype(&nc_open)>("nc_open");
+  decltype(&nc_strerror) strerror = function<decltype(&nc_strerror)>("nc_strerror");
+};
+const NetCdfLibrary& netcdf() {
+  static const NetCdfLibrary library;
+  return library;
+}
+
 // An open NetCDF file.
 class NetCdf {
  public:
   explicit NetCdf(const std::filesystem::path& path) : name_(path.string()) {
-    if (const int status = nc_open(name_.c_str(), NC_NOWRITE, &file_); status != NC_NOERR)
-      throw InputError(fmt::format("{}: is no NetCDF file that can be read: {}", name_, nc_strerror(status)));
+    if (const int status = netcdf().open(name_.c_str(), NC_NOWRITE, &file_); status != NC_NOERR)
+      throw InputError(fmt::format("{}: is no NetCDF file that can be read: {}", name_, netcdf().strerror(status)));
   }
-  ~NetCdf() { nc_close(file_); }
+  ~NetCdf() { netcdf().close(file_); }
   NetCdf(const NetCdf&) = delete;
   NetCdf& operator=(const NetCdf&) = delete;
 
   [[noreturn]] void fail(const std::string& message) const { throw InputError(fmt::format("{}: {}", name_, message)); }
   int find(const std::string& name) const {
     int variable = -1;
-    return nc_inq_varid(file_, name.c_str(), &variable) == NC_NOERR ? variable : -1;
+    return netcdf().inq_varid(file_, name.c_str(), &variable) == NC_NOERR ? variable : -1;
   }
 
   // All values, rows first; `width` numbers a row.
@@ -208,12 +232,12 @@ class NetCdf {
     const int variable = find(name);
     if (variable < 0) fail(fmt::format("lacks the variable {}", name));
     int rank = 0, dims[NC_MAX_VAR_DIMS];
-    nc_inq_varndims(file_, variable, &rank);
-    nc_inq_vardimid(file_, variable, dims);
+    netcdf().inq_varndims(file_, variable, &rank);
+    netcdf().inq_vardimid(file_, variable, dims);
     size_t count = rank > 0 ? 1 : 0, first = 0;
     for (int k = 0; k < rank; ++k) {
       size_t length = 0;
-      nc_inq_dimlen(file_, dims[k], &length);
+      netcdf().inq_dimlen(file_, dims[k], &length);
       if (k == 0) first = length;
       if (length > 0 && count > 1'000'000'000 / length) fail(fmt::format("variable {} is too large", name));
       count *= length;
@@ -222,8 +246,8 @@ class NetCdf {
     if (first != rows || count != rows * width)
       fail(fmt::format("variable {} has {} values in {} rows; {} in {} are needed", name, count, first, rows * width, rows));
     std::vector<double> out(count);
-    if (const int status = nc_get_var_double(file_, variable, out.data()); status != NC_NOERR)
-      fail(fmt::format("variable {} cannot be read: {}", name, nc_strerror(status)));
+    if (const int status = netcdf().get_var_double(file_, variable, out.data()); status != NC_NOERR)
+      fail(fmt::format("variable {} cannot be read: {}", name, netcdf().strerror(status)));
     for (const double value : out)
       if (!std::isfinite(value)) fail(fmt::format("variable {} holds a value that is not finite", name));
     return out;
@@ -232,26 +256,26 @@ class NetCdf {
   std::string text(int variable, const char* attribute) const {
     size_t length = 0;
     nc_type type = NC_NAT;
-    if (nc_inq_att(file_, variable, attribute, &type, &length) != NC_NOERR || length > 10000) return "";
+    if (netcdf().inq_att(file_, variable, attribute, &type, &length) != NC_NOERR || length > 10000) return "";
     if (type == NC_CHAR) {
       std::string out(length, '\0');
-      return nc_get_att_text(file_, variable, attribute, out.data()) == NC_NOERR ? out : "";
+      return netcdf().get_att_text(file_, variable, attribute, out.data()) == NC_NOERR ? out : "";
     }
     if (type != NC_STRING || length != 1) return "";
     char* one = nullptr;
-    if (nc_get_att_string(file_, variable, attribute, &one) != NC_NOERR) return "";
+    if (netcdf().get_att_string(file_, variable, attribute, &one) != NC_NOERR) return "";
     std::string out = one ? one : "";
-    nc_free_string(1, &one);
+    netcdf().free_string(1, &one);
     return out;
   }
 
   std::vector<std::string> names() const {
     int count = 0;
-    nc_inq_nvars(file_, &count);
+    netcdf().inq_nvars(file_, &count);
     std::vector<std::string> out;
     for (int k = 0; k < count; ++k) {
       char name[NC_MAX_NAME + 1] = {};
-      if (nc_inq_varname(file_, k, name) == NC_NOERR) out.emplace_back(name);
+      if (netcdf().inq_varname(file_, k, name) == NC_NOERR) out.emplace_back(name);
     }
     return out;
   }

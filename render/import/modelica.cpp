@@ -5,6 +5,7 @@
 //   data_1      parameters, two rows (start and stop); data_2: variables, a row a time, the first column the time
 #include "render/import/table.h"
 
+#include "sim/base/late_library.h"
 #include "sim/base/words.h"
 
 #include <fmt/format.h>
@@ -17,11 +18,26 @@
 namespace flexframe::imports {
 namespace {
 
+// matio's functions; it is opened with the first of its files.
+struct Matio : sim::LateLibrary {
+  Matio() : LateLibrary(FLEXFRAME_MATIO_FILE, "MAT files (matio)") {}
+  decltype(&Mat_Close) close = function<decltype(&Mat_Close)>("Mat_Close");
+  decltype(&Mat_LogInitFunc) set_log = function<decltype(&Mat_LogInitFunc)>("Mat_LogInitFunc");
+  decltype(&Mat_Open) open = function<decltype(&Mat_Open)>("Mat_Open");
+  decltype(&Mat_Rewind) rewind = function<decltype(&Mat_Rewind)>("Mat_Rewind");
+  decltype(&Mat_VarFree) free = function<decltype(&Mat_VarFree)>("Mat_VarFree");
+  decltype(&Mat_VarRead) read = function<decltype(&Mat_VarRead)>("Mat_VarRead");
+};
+const Matio& matio() {
+  static const Matio library;
+  return library;
+}
+
 struct FileCloser {
-  void operator()(mat_t* file) const { Mat_Close(file); }
+  void operator()(mat_t* file) const { matio().close(file); }
 };
 struct VariableFreer {
-  void operator()(matvar_t* variable) const { Mat_VarFree(variable); }
+  void operator()(matvar_t* variable) const { matio().free(variable); }
 };
 using Variable = std::unique_ptr<matvar_t, VariableFreer>;
 
@@ -31,16 +47,16 @@ class Reader {
   explicit Reader(const std::filesystem::path& path) : name_(path.string()) {
     std::error_code error;
     if (!std::filesystem::is_regular_file(path, error)) throw InputError(fmt::format("{}: no such file", name_));
-    Mat_LogInitFunc("flexframe", [](int, char*) {});  // matio would print
-    file_.reset(Mat_Open(name_.c_str(), MAT_ACC_RDONLY));
+    matio().set_log("flexframe", [](int, char*) {});  // matio would print
+    file_.reset(matio().open(name_.c_str(), MAT_ACC_RDONLY));
     if (!file_) throw InputError(fmt::format("{}: is no MAT file that can be read", name_));
   }
 
   [[noreturn]] void fail(const std::string& message) const { throw InputError(fmt::format("{}: {}", name_, message)); }
 
   Variable find(const char* name) const {
-    Mat_Rewind(file_.get());
-    Variable found(Mat_VarRead(file_.get(), name));
+    matio().rewind(file_.get());
+    Variable found(matio().read(file_.get(), name));
     if (found && (found->rank != 2 || !found->data)) fail(fmt::format("matrix '{}' is no table of two dimensions with values", name));
     return found;
   }

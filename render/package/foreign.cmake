@@ -21,19 +21,11 @@ find_package(assimp REQUIRED)
 find_package(meshoptimizer REQUIRED)
 pkg_check_modules(deflate REQUIRED IMPORTED_TARGET GLOBAL libdeflate)
 
-# Sparse factorisation of finite element models: MUMPS (sequential), METIS ordering, OpenBLAS kernels. OpenBLAS with OpenMP starts threads
-# when a reduction asks for them; the variant with its own threads starts them in every process, where they spin idle: 0.1 CPU s of each
-# run.
-find_library(MUMPS_LIBRARY NAMES dmumps_seq REQUIRED)
-find_library(METIS_LIBRARY NAMES metis REQUIRED)
-find_library(OPENBLAS_LIBRARY NAMES openblas PATH_SUFFIXES openblas-openmp REQUIRED)
 # NLopt, where it is there: flexframe sweep --minimise.
 find_library(NLOPT_LIBRARY NAMES nlopt)
 find_path(NLOPT_INCLUDE_FOLDER NAMES nlopt.h)
 
-if(NOT TARGET flexframe::sparse)
-  add_library(flexframe::sparse INTERFACE IMPORTED GLOBAL)
-  target_link_libraries(flexframe::sparse INTERFACE ${MUMPS_LIBRARY} ${METIS_LIBRARY} ${OPENBLAS_LIBRARY})
+if(NOT TARGET flexframe::hdf5)
   add_library(flexframe::hdf5 INTERFACE IMPORTED GLOBAL)
   target_link_libraries(flexframe::hdf5 INTERFACE ${HDF5_LIBRARIES})
   add_library(flexframe::nlopt INTERFACE IMPORTED GLOBAL)

@@ -17,8 +17,11 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME flexframe)
-# OSMesa is opened when the first picture is drawn, so that no linker knows of it. Of OpenBLAS the variant whose threads do not spin.
-set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS "libosmesa6, fonts-dejavu-core, libopenblas0-openmp")
+# What is opened when it is needed, so that no linker knows of it: OSMesa, and the libraries of late.cmake.
+flexframe_packages_of(sparse ${OPENBLAS_LIBRARY} ${MUMPS_LIBRARY} ${METIS_LIBRARY})
+flexframe_packages_of(foreign_files ${NETCDF_LIBRARY} ${MATIO_LIBRARY} ${LIBZIP_LIBRARY})
+string(JOIN ", " opened libosmesa6 fonts-dejavu-core ${sparse})
+string(JOIN ", " CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS ${opened} ${foreign_files})
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "ffmpeg")
 set(CPACK_COMPONENT_PROGRAM_DESCRIPTION "A scene file goes in; simulation results, histories and PNG pictures come
 out, without a display. Elastic bodies move in a floating frame of
@@ -43,10 +46,19 @@ if(FLEXFRAME_PYTHON)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-flexframe)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
-    "python3 (>= 3.11), python3 (<< 3.12), python3-numpy, libosmesa6, fonts-dejavu-core, libopenblas0-openmp")
+    "python3 (>= 3.11), python3 (<< 3.12), python3-numpy, ${opened}")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "ffmpeg")
   set(CPACK_COMPONENT_PYTHON_DESCRIPTION "Scenes, simulation, kernel maps and pictures of Flexframe from Python, with
 arrays that look at its memory.")
+endif()
+
+# Programs have HDF5 within them: its terms come with them.
+if(HDF5_ARCHIVE)
+  flexframe_packages_of(hdf5 ${HDF5_ARCHIVE})
+  if(EXISTS /usr/share/doc/${hdf5}/copyright)
+    install(FILES /usr/share/doc/${hdf5}/copyright DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/flexframe RENAME copyright.hdf5
+      COMPONENT program)
+  endif()
 endif()
 
 # What Debian wants of every package: copyright and changelog.

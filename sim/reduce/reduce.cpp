@@ -86,7 +86,7 @@ class Reducer {
 
   Reduction run() {
     check();
-    openblas_set_num_threads(options.threads);
+    openblas().set_threads(options.threads);
     say("assembling");
     system = assemble(model);
     report().degrees_of_freedom = system.size;

@@ -1,9 +1,7 @@
 // MUMPS behind SparseCholesky. The only file that knows it.
 #include "sim/reduce/sparse_cholesky.h"
 
-#include <cblas.h>
-#include <dmumps_c.h>
-#include <metis.h>
+#include "sim/reduce/sparse_libraries.h"
 
 #include <fmt/format.h>
 
@@ -66,11 +64,11 @@ struct SparseCholesky::State {
   int& icntl(int i) const { return mumps.icntl[i - 1]; }
   void call(int job) const {
     mumps.job = job;
-    dmumps_c(&mumps);
+    sim::mumps().call(&mumps);
   }
   void factorise() {
     if (given_up) return;
-    openblas_set_num_threads(threads);  // OpenMP's number is each thread's own: with another one the last bits would differ
+    openblas().set_threads(threads);  // OpenMP's number is each thread's own: with another one the last bits would differ
     call(2);
     if (mumps.infog[0] == -9 || mumps.infog[0] == -8) {
       icntl(14) = 60;
@@ -122,8 +120,9 @@ std::vector<int> nested_dissection(const Eigen::SparseMatrix<double>& lower) {
   });
   for (int g = 0; g < groups; ++g) weight[g] = first[g + 1] - first[g];
   idx_t count = groups, options[METIS_NOPTIONS];
-  METIS_SetDefaultOptions(options);
-  if (METIS_NodeND(&count, degree.data(), neighbours.data(), weight.data(), options, permutation.data(), inverse.data()) != METIS_OK)
+  metis().defaults(options);
+  if (metis().nested_dissection(&count, degree.data(), neighbours.data(), weight.data(), options, permutation.data(), inverse.data()) !=
+      METIS_OK)
     throw SimulationError("sparse factorisation: METIS could not order the matrix");
   std::vector<int> order(n);
   int place = 0;

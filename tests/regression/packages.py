@@ -56,7 +56,10 @@ with temporary_folder() as folder:
         fields = done("dpkg-deb", "--field", deb)
         expect("Depends:" in fields and "Maintainer:" in fields, fields)
         print(fields)
-    expect("libosmesa6" in done("dpkg-deb", "--field", debs[0], "Depends"), "the program's package lacks OSMesa")
+    needs = done("dpkg-deb", "--field", debs[0], "Depends")
+    for name in ("libosmesa6", "libopenblas0", "libmumps-seq", "libmetis5", "libnetcdf", "libmatio", "libzip"):
+        expect(name in needs, f"the program's package lacks {name}, which is opened when it is needed: {needs}")
+    expect("copyright.hdf5" in done("dpkg-deb", "--contents", debs[0]), "HDF5 is within the program, its terms are not in the package")
     if shutil.which("lintian"):
         out = subprocess.run(["lintian", "--fail-on", "error", "--allow-root", *map(str, debs)], capture_output=True, text=True)
         print(out.stdout)
