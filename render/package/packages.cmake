@@ -53,7 +53,7 @@ arrays that look at its memory.")
 endif()
 
 # Programs have HDF5 within them: its terms come with them.
-if(HDF5_ARCHIVE)
+if(HDF5_ARCHIVE AND NOT BUILD_SHARED_LIBS)
   flexframe_packages_of(hdf5 ${HDF5_ARCHIVE})
   if(EXISTS /usr/share/doc/${hdf5}/copyright)
     install(FILES /usr/share/doc/${hdf5}/copyright DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/flexframe RENAME copyright.hdf5
