@@ -101,14 +101,20 @@ namespace {
 // Thinned: more tell nothing of how a body bends.
 constexpr Eigen::Index most_nodes = 48;
 
-// Rows: displacements (kind 0) or small rotations (kind 1) of a part's nodes per coordinate, 3 nodes x n.
+// Rows: displacements (kind 0) or small rotations (kind 1) of a part's nodes per coordinate, without those that nothing moves: of a beam
+// that bends in one plane a third is left. n columns.
 MatX shapes_of(const FlexibleBody& body, int kind) {
   const auto count = static_cast<Eigen::Index>(body.nodes.size()), taken = std::min(count, most_nodes);
   MatX out(3 * taken, body.n);
+  Eigen::Index rows = 0;
   for (Eigen::Index i = 0; i < taken; ++i) {
     const FlexibleNode& node = body.nodes[static_cast<size_t>(taken > 1 ? i * (count - 1) / (taken - 1) : 0)];
-    out.middleRows<3>(3 * i) = kind == 0 ? node.phi : node.psi;
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      out.row(rows) = (kind == 0 ? node.phi : node.psi).row(k);
+      if (!out.row(rows).isZero(0.0)) ++rows;
+    }
   }
+  out.conservativeResize(rows, Eigen::NoChange);
   return out;
 }
 

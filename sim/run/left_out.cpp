@@ -5,14 +5,12 @@
 #include "sim/dynamics/kinematics.h"
 #include "sim/model/bodies.h"
 #include "sim/results/histories.h"
-#include "sim/results/sampling.h"
 #include "sim/scene/force_kinds.h"
 #include "sim/start/statics.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numbers>
 #include <numeric>
 
@@ -567,7 +565,7 @@ double lag(const VecX& times, const Eigen::Ref<const VecX>& q, double omega) {
 
 }  // namespace
 
-LeftOut::Drift LeftOut::drift(const Item& item, const Results& results) const {
+LeftOut::Drift LeftOut::drift(const Item& item, const Results& results, Unseen& known) const {
   double left_out = 0.0, stored = 0.0, mean = 0.0, squares = 0.0;
   size_t top = 0;
   const bool second_order = item.effect == "stiffening" || item.effect == "gyroscopic";
@@ -605,7 +603,8 @@ LeftOut::Drift LeftOut::drift(const Item& item, const Results& results) const {
                  passed = 2.0 * std::numbers::pi * cycles;
     // Deformation that follows its loads slowly keeps their phase; one that starts with them lags behind; what is too fast for the samples
     // goes through more than they show.
-    const std::optional<UnseenSwing> unseen = unseen_swing(model_, static_cast<int>(b), results);
+    if (!known.contains(b)) known[b] = unseen_swing(model_, static_cast<int>(b), results);
+    const std::optional<UnseenSwing>& unseen = known[b];
     const double lost = std::max({passed < least ? 0.0 : 0.5 * passed, 2.0 * lag(results.times, column, omega) / range,
                                   unseen ? 0.5 * unseen->share * unseen->radians : 0.0});
     const double first = changing * together * left_out / stored * lost;
@@ -703,13 +702,14 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
   }
   const bool unjudged = has_unjudged_forces();
   const double stored = std::accumulate(strain_.begin(), strain_.end(), 0.0);
+  Unseen unseen;
   for (size_t i = 0; i < items_.size(); ++i) {
     const Item& item = items_[i];
     LeftOutWorth found;
     found.effect = item.effect;
     found.possible = item.possible;
     for (const int b : item.bodies) found.owners.push_back(scene_.bodies[b].name);
-    const Drift lost = drift(item, results);
+    const Drift lost = drift(item, results, unseen);
     const VecX slower = slowed_vibrations(i, results.times[results.times.size() - 1] - results.times[0]);
     const Response pulled = response(item, item.pull, from_rest);
     std::vector<double> error(columns_.size(), 0.0);

@@ -14,9 +14,12 @@
 
 #include "sim/dynamics/section_forces.h"
 #include "sim/results/outputs.h"
+#include "sim/results/sampling.h"
 #include "sim/time/system.h"
 
 #include <array>
+#include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -105,7 +108,9 @@ class LeftOut {
   struct Drift {
     double phase = 0.0, deflection = 0.0, frequency = 0.0;
   };
-  Drift drift(const Item& item, const Results& results) const;
+  // What samples do not show of bodies' deformations, by their index: the same for every item, made for those that are asked for.
+  using Unseen = std::map<size_t, std::optional<UnseenSwing>>;
+  Drift drift(const Item& item, const Results& results, Unseen& unseen) const;
   // By how much more all vibrations of a struck beam are moved by shear than the first one, which loses so much phase.
   double with_higher_forms(const Item& item, double phase) const;
   // Share of its range by which a column of the outputs is moved when that vibration is out of phase.
