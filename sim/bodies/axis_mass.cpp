@@ -1,5 +1,7 @@
 #include "sim/bodies/axis_mass.h"
 
+#include "sim/base/eigen_solvers.h"
+#include "sim/base/small_matrices.h"
 #include "sim/base/spatial.h"
 #include "sim/bodies/rod_axis.h"
 
@@ -103,13 +105,66 @@ void evaluate_fields(const Axis& mass, const VecX& q, Values& at, Values& root) 
   }
 }
 
+// Orthonormal columns that span these vectors, each of them to its own last digits.
+MatX span_of(const std::vector<VecX>& vectors) {
+  MatX V(vectors.front().size(), static_cast<Eigen::Index>(vectors.size()));
+  for (Eigen::Index k = 0; k < V.cols(); ++k) V.col(k) = vectors[static_cast<size_t>(k)].normalized();
+  return orthonormal_columns(V, 1e-15 * static_cast<double>(V.rows()));
+}
+
+// What a state needs of the particles, or of the dimensions that stand for them.
+const MatX& shapes_of(const Axis& mass) { return mass.series ? mass.series->phi : mass.phi; }
+const VecX& root_mass_of(const Axis& mass) { return mass.series ? mass.series->root_mass : mass.root_mass; }
+
+// Numbers of an AxisSeries' products beyond which they leave the cache and integrals along the axis are as cheap.
+constexpr Eigen::Index most_products = 30000;
+
 }  // namespace
 
+void multiply_out(AxisMass& mass) {
+  const Eigen::Index n = mass.phi.rows(), points = mass.x.size();
+  mass.series = nullptr;
+  // Bending, twist and what they make of each other: n coordinates leave 2 n dimensions or more, as a rule.
+  if (n == 0 || points == 0 || 3 * n * n * std::min(2 * n, points) > most_products) return;
+  AxisScratch work;
+  std::vector<MatX> second(static_cast<size_t>(n), MatX(n, 3 * points));
+  for (Eigen::Index k = 0; k < n; ++k) {
+    evaluate_fields(mass, VecX::Unit(n, k), work.at, work.root);
+    second_order(mass, mass.row, mass.root, work, second[static_cast<size_t>(k)]);
+  }
+  std::vector<VecX> moved{mass.root_mass, mass.x.cwiseProduct(mass.root_mass)};
+  const auto add = [&](const VecX& of_one) {
+    for (int component = 0; component < 3; ++component)
+      if (const VecX part = of_one.segment(component * points, points); !part.isZero(0.0)) moved.push_back(part);
+  };
+  for (Eigen::Index k = 0; k < n; ++k) {
+    add(mass.phi.row(k));
+    for (Eigen::Index l = 0; l <= k; ++l) add(second[static_cast<size_t>(k)].row(l));
+  }
+  const MatX Q = span_of(moved);
+  const Eigen::Index d = Q.cols();
+  if (3 * n * n * d > most_products) return;
+  auto out = std::make_shared<AxisSeries>();
+  out->root_mass = Q.transpose() * mass.root_mass;
+  out->along = Q.transpose() * mass.x.cwiseProduct(mass.root_mass);
+  out->phi.resize(n, 3 * d);
+  out->second.resize(3 * n * d, n);
+  for (int component = 0; component < 3; ++component) {
+    out->phi.middleCols(component * d, d) = mass.phi.middleCols(component * points, points) * Q;
+    for (Eigen::Index k = 0; k < n; ++k)
+      Eigen::Map<MatX>(out->second.col(k).data() + component * n * d, n, d) =
+          second[static_cast<size_t>(k)].middleCols(component * points, points) * Q;
+  }
+  mass.series = std::move(out);
+}
+
 void reserve_axis_mass(const FlexibleBody& body, BodyTerms& out) {
-  out.axis.J = MatX::Zero(body.n, body.axis.phi.cols());
+  const Eigen::Index columns = shapes_of(body.axis).cols();
+  out.axis.J = MatX::Zero(body.n, columns);
   out.axis.scratch = std::make_shared<AxisScratch>();
-  out.axis.scratch->second = MatX::Zero(1, body.axis.phi.cols());
-  out.axis.scratch->acceleration = VecX::Zero(body.axis.phi.cols());
+  out.axis.scratch->second = MatX::Zero(1, columns);
+  out.axis.scratch->bilinear = MatX::Zero(body.n, columns);
+  out.axis.scratch->acceleration = VecX::Zero(columns);
   out.Mee = body.Me;
 }
 
@@ -117,19 +172,25 @@ void update_axis_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out, b
   const Axis& mass = body.axis;
   AxisTerms& kept = out.axis;
   AxisScratch& work = *kept.scratch;
-  const Eigen::Index points = mass.x.size();
-  evaluate_fields(mass, q, work.at, work.root);
+  const MatX& phi = shapes_of(mass);
+  const VecX& m = root_mass_of(mass);
+  const Eigen::Index points = m.size();
   MatX& J = kept.J;
-  second_order(mass, mass.row, mass.root, work, J);
+  if (mass.series) {
+    multiply(mass.series->second, q.data(), J.data());
+  } else {
+    evaluate_fields(mass, q, work.at, work.root);
+    second_order(mass, mass.row, mass.root, work, J);
+  }
   // r = c + phi q + G q / 2 before phi joins G
   kept.place.noalias() = 0.5 * J.transpose() * q;
-  J += mass.phi;
-  kept.place.noalias() += mass.phi.transpose() * q;
-  kept.place.head(points) += mass.x.cwiseProduct(mass.root_mass);
+  J += phi;
+  kept.place.noalias() += phi.transpose() * q;
+  if (mass.series) kept.place.head(points) += mass.series->along;
+  else kept.place.head(points) += mass.x.cwiseProduct(mass.root_mass);
 
   const auto X = kept.place.head(points), Y = kept.place.segment(points, points), Z = kept.place.tail(points);
   const auto Jx = J.leftCols(points), Jy = J.middleCols(points, points), Jz = J.rightCols(points);
-  const VecX& m = mass.root_mass;
   out.md = Vec3(m.dot(X), m.dot(Y), m.dot(Z));
   Vec6 I = mass.J0;
   if (mass.J1.size() > 0) {
@@ -168,7 +229,8 @@ void update_axis_velocity_terms(const FlexibleBody& body, const Vec6& V, const V
   const Axis& mass = body.axis;
   const AxisTerms& kept = out.axis;
   AxisScratch& work = *kept.scratch;
-  const Eigen::Index points = mass.x.size();
+  const VecX& m = root_mass_of(mass);
+  const Eigen::Index points = m.size();
   const Vec3 v = V.head<3>(), w = V.tail<3>();
   if (V.isZero(0.0) && qd.isZero(0.0)) {
     out.cr.setZero();
@@ -176,10 +238,15 @@ void update_axis_velocity_terms(const FlexibleBody& body, const Vec6& V, const V
     return;
   }
   // d/dt (d u2/d q) qd = H(qd, qd)
-  evaluate_fields(mass, qd, work.at, work.root);
-  for (size_t i = 0; i < Axis::fields; ++i)
-    if (mass.row[i].size() > 0) work.rate_row[i] = work.at[i].transpose();
-  second_order(mass, work.rate_row, work.root, work, work.second);
+  if (mass.series) {
+    multiply(mass.series->second, qd.data(), work.bilinear.data());
+    work.second.noalias() = qd.transpose() * work.bilinear;
+  } else {
+    evaluate_fields(mass, qd, work.at, work.root);
+    for (size_t i = 0; i < Axis::fields; ++i)
+      if (mass.row[i].size() > 0) work.rate_row[i] = work.at[i].transpose();
+    second_order(mass, work.rate_row, work.root, work, work.second);
+  }
   work.rate.noalias() = kept.J.transpose() * qd;
 
   // The particles' accelerations at zero accelerations of frame and coordinates.
@@ -188,9 +255,8 @@ void update_axis_velocity_terms(const FlexibleBody& body, const Vec6& V, const V
   for (Eigen::Index p = 0; p < points; ++p) {
     const Eigen::Index y = points + p, z = 2 * points + p;
     const Vec3 r(kept.place[p], kept.place[y], kept.place[z]), rate(work.rate[p], work.rate[y], work.rate[z]);
-    const Vec3 a =
-        mass.root_mass[p] * base + w.cross(Vec3(w.cross(r) + 2.0 * rate)) + Vec3(work.second(0, p), work.second(0, y), work.second(0, z));
-    force += mass.root_mass[p] * a;
+    const Vec3 a = m[p] * base + w.cross(Vec3(w.cross(r) + 2.0 * rate)) + Vec3(work.second(0, p), work.second(0, y), work.second(0, z));
+    force += m[p] * a;
     moment += r.cross(a);
     work.acceleration[p] = a.x();
     work.acceleration[y] = a.y();
@@ -226,6 +292,7 @@ VecX elastic_inertia(const FlexibleBody& body, const BodyTerms& terms, const Vec
 
 AxisMass in_coordinates(const AxisMass& mass, const MatX& T) {
   AxisMass out = mass;
+  out.series = nullptr;
   if (mass.root_mass.size() == 0) return out;
   out.phi = T.transpose() * mass.phi;
   for (size_t i = 0; i < Axis::fields; ++i) {
@@ -239,9 +306,9 @@ AxisMass in_coordinates(const AxisMass& mass, const MatX& T) {
 }
 
 bool same_axis_mass(const AxisMass& a, const AxisMass& b) {
-  bool same = a.per_panel == b.per_panel && a.panel == b.panel && same_values(a.root_mass, b.root_mass) && same_values(a.x, b.x) &&
-              same_values(a.phi, b.phi) && same_values(a.once, b.once) && same_values(a.twice, b.twice) && a.J0 == b.J0 &&
-              same_values(a.J1, b.J1) && same_values(a.Cr0, b.Cr0) && same_values(a.Me, b.Me);
+  bool same = !a.series == !b.series && a.per_panel == b.per_panel && a.panel == b.panel && same_values(a.root_mass, b.root_mass) &&
+              same_values(a.x, b.x) && same_values(a.phi, b.phi) && same_values(a.once, b.once) && same_values(a.twice, b.twice) &&
+              a.J0 == b.J0 && same_values(a.J1, b.J1) && same_values(a.Cr0, b.Cr0) && same_values(a.Me, b.Me);
   for (size_t i = 0; i < Axis::fields; ++i) same = same && same_values(a.row[i], b.row[i]) && same_values(a.root[i], b.root[i]);
   return same;
 }

@@ -19,6 +19,10 @@ void update_axis_velocity_terms(const FlexibleBody& body, const Vec6& V, const V
 // The product with accelerations qdd (n), of any body.
 VecX elastic_inertia(const FlexibleBody& body, const BodyTerms& terms, const VecX& qdd);
 
+// Multiplies u2 out where that is cheaper than to integrate it for every state: for a body that has its final coordinates. Energy,
+// momentum and velocity terms are the same but for rounding.
+void multiply_out(AxisMass& mass);
+
 // Whether all constants are equal to the last bit.
 bool same_axis_mass(const AxisMass& a, const AxisMass& b);
 

@@ -20,13 +20,13 @@ struct AxisScratch {                            // read by no one after the func
   std::array<VecX, AxisMass::fields> at, root;  // fields of the state
   std::array<MatX, AxisMass::fields> rate_row;  // fields of the rates, a row
   VecX rate, acceleration;
-  MatX second, integrand;
+  MatX second, integrand, bilinear;
   VecX sum, slope;
   Eigen::MatrixX4d weight;
   std::array<Eigen::MatrixX4d, 3> moment;
 };
 struct AxisTerms {  // kept from update_mass for update_velocity_terms
-  MatX J;           // n x 3 points: phi + d u2/d q
+  MatX J;           // n x 3 points (of an AxisSeries: dimensions): phi + d u2/d q
   VecX place;
   Vec6 turned = Vec6::Zero();  // J1 q of the sections
   std::shared_ptr<AxisScratch> scratch;

@@ -41,6 +41,14 @@ struct FlexibleNode {
 //   v + w x r + (phi + d u2/d q) qd,   r = c + phi q + u2
 // make the energy a sum of squares. Their u2 is integrated from rows of linear fields, so that an evaluation costs O(points) and
 // the products M = sum J^T m J.
+//
+// Where coordinates are few, u2 is multiplied out (AxisSeries): the particles' places and velocities then lie in a space of far fewer
+// dimensions than there are particles, and one product tells d u2/d q.
+struct AxisSeries {
+  VecX root_mass, along;  // of the space's d dimensions: the particles' root_mass and x times it
+  MatX phi;               // n x 3 d, as AxisMass::phi
+  MatX second;            // 3 n d x n: column k is the derivative of d u2/d q (n x 3 d, times root_mass) by q_k
+};
 struct AxisMass {
   enum Field { stretch, slope_y, slope_z, bend_y, bend_z, twist, shear_y, shear_z, fields };
   VecX root_mass;                 // square root of each particle's mass, kg^1/2; empty: the body has no such form
@@ -56,6 +64,7 @@ struct AxisMass {
   Mat6X J1;                       // 6 x n or empty
   Mat3X Cr0;                      // 3 x n
   MatX Me;                        // n x n
+  std::shared_ptr<const AxisSeries> series;  // null: integrated anew for every state
 };
 
 // A beam that bends in one plane, followed exactly however far it turns (rod_axis.h): a section is turned by theta, linear in q, and

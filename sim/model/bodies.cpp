@@ -521,7 +521,7 @@ void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order
           const bool mounted = has_ratio(one.damping) && !boundary_fits(*beam, mounting_of(scene, def.name), !normal.isZero(0.0));
           if (mounted) one.damping.ratio.clear();
           if (one.model == BeamModel::modal && beam->model == BeamModel::mixed) make_modal_volume_part(model, one, decision.effects, part);
-          else if (one.model == BeamModel::modal) part.body = make_modal_beam(one, decision.effects);
+          else if (one.model == BeamModel::modal) part.body = make_modal_beam(one, decision.effects), multiply_out(part.body.axis);
           else make_fe_part(model, one, decision.effects, held_points(scene, def.name, !normal.isZero(0.0)), mounted, part);
           if (mounted) add_mounted_damping(model, scene, part.scene_body, beam->damping, orientation, part.body);
         }

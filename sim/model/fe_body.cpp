@@ -151,6 +151,7 @@ Eigen::Index numbers_of(const FlexibleBody& body) {
   if (has_axis_mass(body)) {
     out += body.axis.phi.size() + body.axis.once.size() + body.axis.twice.size() + body.axis.Me.size();
     for (const MatX& row : body.axis.row) out += row.size();
+    if (body.axis.series) out += body.axis.series->second.size();
   }
   if (body.rod) out += 5 * body.rod->turn.size() + body.rod->along.size();
   return out;
@@ -168,6 +169,7 @@ FeBody fe_body(const BeamDef& beam, const BeamEffects& effects, const std::vecto
     return kept.back().made;
   }
   FeBody made = make_fe_body(beam, effects, held, damped);
+  multiply_out(made.body.axis);
   if (numbers_of(made.body) <= most_kept) {
     if (kept.size() == kept_bodies) kept.erase(kept.begin());
     kept.push_back({beam, effects, held, damped, made});
