@@ -128,9 +128,10 @@ interp::NodeMotions motions_of(const sim::ResultBody& body) {
   return known;
 }
 
-// The file's mesh where the scene puts it.
+// The file's mesh where the scene puts it. What no face uses is not seen, and must not count for colours, cameras and extremes.
 render::Mesh placed_mesh(const std::string& file, const sim::MeshPlacement& place) {
   render::Mesh mesh = render::read_mesh(file);
+  render::drop_unused_positions(mesh);
   const auto moved = [&](const glm::dvec3& p) {
     const sim::Vec3 q = place.axes * (place.scale * sim::Vec3(p.x, p.y, p.z)) + place.position;
     return glm::dvec3(q.x(), q.y(), q.z());

@@ -6,7 +6,8 @@ namespace flexframe::imports {
 
 void embed_mesh(double unit, sim::ResultBody& body) {
   if (body.mesh.empty()) return;
-  const render::Mesh mesh = render::read_mesh(body.mesh);
+  render::Mesh mesh = render::read_mesh(body.mesh);
+  render::drop_unused_positions(mesh);
   sim::ResultSurface& surface = body.surface;
   surface.points.resize(std::ssize(mesh.positions), 3);
   for (size_t i = 0; i < mesh.positions.size(); ++i)

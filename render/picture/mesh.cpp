@@ -332,9 +332,29 @@ Mesh make_mesh(std::vector<glm::dvec3> positions, std::vector<glm::ivec3> triang
   return mesh;
 }
 
+void drop_unused_positions(Mesh& mesh) {
+  std::vector<int> place(mesh.positions.size(), -1);
+  for (const glm::ivec3& t : mesh.triangles)
+    for (int k = 0; k < 3; ++k) place[t[k]] = 0;
+  int count = 0;
+  for (size_t i = 0; i < place.size(); ++i) {
+    if (place[i] < 0) continue;
+    place[i] = count;
+    mesh.positions[count] = mesh.positions[i];
+    if (!mesh.colors.empty()) mesh.colors[count] = mesh.colors[i];
+    ++count;
+  }
+  mesh.positions.resize(count);
+  if (!mesh.colors.empty()) mesh.colors.resize(count);
+  for (glm::ivec3& t : mesh.triangles)
+    for (int k = 0; k < 3; ++k) t[k] = place[t[k]];
+  for (int& at : mesh.point_position) at = place[at];
+}
+
 Bounds compute_bounds(const Mesh& mesh) {
   Bounds bounds;
-  for (const glm::dvec3& p : mesh.positions) bounds.add(p);
+  for (const glm::ivec3& t : mesh.triangles)
+    for (int k = 0; k < 3; ++k) bounds.add(mesh.positions[t[k]]);
   return bounds;
 }
 

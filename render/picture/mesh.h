@@ -66,7 +66,10 @@ void compute_shading_points(Mesh& mesh, const std::vector<glm::vec3>& corner_nor
 // Throws FileError if the file cannot be written.
 void write_obj(const std::filesystem::path& path, const Mesh& mesh, const std::vector<glm::dvec3>& positions);
 
-// The box about all positions of a mesh, m.
+// Takes out the positions that no triangle uses; the order of the others stays.
+void drop_unused_positions(Mesh& mesh);
+
+// The box about the positions that triangles use, m.
 Bounds compute_bounds(const Mesh& mesh);
 
 }  // namespace flexframe::render

@@ -240,4 +240,14 @@ channels = ["vector"]
     near(float(told.get("min", "nan")), 0.0, 1e-9, "smallest speed of what is drawn")
     near(float(told.get("max", "nan")), 2 * math.hypot(0.8, 0.2), 0.006, "largest speed")
 
+    # Points of the file that no face uses are not drawn: they count neither for the camera that fits the whole nor for speeds.
+    whole = (folder / "turned/frames/frame_00001.png").read_bytes()
+    stray = np.concatenate([[(30.0, 40.0, 5.0)], POINTS, [(-100.0, 0.0, 0.0)]])
+    (folder / "a.obj").write_bytes(obj(stray, FACES + 1))
+    run("run", "turning.toml", "-o", "stray", "--frames", "1:2", "--no-video", cwd=folder)
+    svg = (folder / "stray/vector/frame_00001.svg").read_text()
+    told = dict(re.findall(r"(min|max) (-?[0-9.]+) m/s", svg))
+    near(float(told.get("max", "nan")), 2 * math.hypot(0.8, 0.2), 0.006, "largest speed beside points that no face uses")
+    expect((folder / "stray/frames/frame_00001.png").read_bytes() == whole, "points that no face uses change the picture")
+
 finish()

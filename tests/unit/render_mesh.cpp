@@ -68,6 +68,18 @@ TEST_F(RenderMesh, KeepsTheOrderOfTheFile) {
   for (const auto& t : mesh.triangles) used.insert({t.x, t.y, t.z});
   EXPECT_EQ(used, (std::set<int>{1, 2, 3, 5}));
   EXPECT_NEAR(area(mesh), 1.0, 1e-15);
+  // The box and what is drawn leave out what no face uses.
+  EXPECT_EQ(compute_bounds(mesh).lower, glm::dvec3(0));
+  EXPECT_EQ(compute_bounds(mesh).upper, glm::dvec3(1, 1, 0));
+  Mesh drawn = mesh;
+  drop_unused_positions(drawn);
+  ASSERT_EQ(drawn.positions.size(), 4u);
+  ASSERT_EQ(drawn.point_position.size(), mesh.point_position.size());
+  for (size_t t = 0; t < 2; ++t)
+    for (int k = 0; k < 3; ++k) {
+      EXPECT_EQ(drawn.positions[drawn.triangles[t][k]], mesh.positions[mesh.triangles[t][k]]);
+      EXPECT_EQ(drawn.point_position[drawn.triangle_points[t][k]], drawn.triangles[t][k]);
+    }
 }
 
 // The edges that cutting a face into triangles has made are told apart; a file of triangles has none.
