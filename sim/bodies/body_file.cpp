@@ -333,7 +333,7 @@ BodyFile read_body(const std::filesystem::path& path, const std::string& name) {
     const SidReading sid = read_sid(path);
     out.notes = sid.notes;
     out.comment = sid.file.comment;
-    out.body = to_flexible_body(sid.file, name, &out.notes);
+    out.body = to_flexible_body(sid.file, name, &out.notes, &out.lacks);
     return out;
   }
   H5dont_atexit();

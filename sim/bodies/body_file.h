@@ -6,6 +6,7 @@
 #pragma once
 
 #include "sim/bodies/flexible_body.h"
+#include "sim/bodies/sid.h"
 
 #include <filesystem>
 #include <string>
@@ -32,6 +33,7 @@ struct BodyFile {
   BodySurface surface;             // no points: unknown
   BodyOrigin origin;               // of HDF5 files
   std::vector<std::string> notes;  // what a file contradicts itself in, or holds and is not used
+  SidLacks lacks = {};             // of SID files
 };
 
 // Whether the bytes are HDF5's; false where the file cannot be read.

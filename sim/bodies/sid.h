@@ -95,10 +95,17 @@ struct SidCheck {
 // All identities that the data of the file can be held to.
 std::vector<SidCheck> check_sid(const SidFile& sid);
 
+// What a body needs and a file does not say: `all` a sentence each for every motion, `unturned` nodes that move but have no rotation.
+struct SidLacks {
+  std::vector<std::string> all = {}, unturned = {};
+};
+
 // The body of a file: every first-order term is used. Where a block is missing its content is taken from the identities
-// (md1 from mdCM, Ct; Cr1 from Cr.M1, else Ge / 2; J1 from J.M1, else Oe.M0; psi from AP.M1). Node k is named "node[ID]".
-// Throws InputError where data are missing, contradict each other, or would need more memory than the file can justify.
-FlexibleBody to_flexible_body(const SidFile& sid, const std::string& name, std::vector<std::string>* notes = nullptr);
+// (md1 from mdCM, Ct; Cr0 from Cr.M0, else Gr; Cr1 from Cr.M1, else Ge / 2; J1 from J.M1, else Oe.M0; psi from AP.M1). Node k is named
+// "node[ID]". What no identity gives is zero, and stands in `lacks`. Throws InputError where data are missing, contradict each other, or
+// would need more memory than the file can justify.
+FlexibleBody to_flexible_body(const SidFile& sid, const std::string& name, std::vector<std::string>* notes = nullptr,
+                              SidLacks* lacks = nullptr);
 
 // The file of a body. Node "node[ID]" gets id ID, others their name. Gr and Ge are made from J1, Cr0 and Cr1.
 SidFile from_flexible_body(const FlexibleBody& body, const std::string& comment);

@@ -219,8 +219,8 @@ double least_mass(const FlexibleBody& body) {
 // A file's body step by step.
 class BodyOfSid {
  public:
-  BodyOfSid(const SidFile& sid, const std::string& name, std::vector<std::string>* notes)
-      : sid_(sid), name_(name), notes_(notes), n_(sid.nelastq) {}
+  BodyOfSid(const SidFile& sid, const std::string& name, std::vector<std::string>* notes, SidLacks* lacks)
+      : sid_(sid), name_(name), notes_(notes), lacks_(lacks), n_(sid.nelastq) {}
 
   FlexibleBody make() {
     require_blocks();
@@ -239,6 +239,7 @@ class BodyOfSid {
     for (const SidNode& source : sid_.nodes) take_node(source);
     if (turned_ > 0)
       note(fmt::format("{} nodes without rotation shapes (psi): taken from the first order of their orientation (AP.M1)", turned_));
+    look_for_lacks();
     if (const double least = least_mass(body_); least < -1e-6)
       note(
           fmt::format("mass, inertia and their coupling to the elastic coordinates contradict each other (scaled, the mass matrix of the "
@@ -250,6 +251,9 @@ class BodyOfSid {
  private:
   void note(std::string text) {
     if (notes_) notes_->push_back(std::move(text));
+  }
+  void lack(std::string text) {
+    if (lacks_) lacks_->all.push_back(std::move(text));
   }
   [[noreturn]] void fail(const std::string& text) const { throw InputError(name_ + ": " + text); }
 
@@ -286,6 +290,27 @@ class BodyOfSid {
   static void each(const std::optional<SidTaylor>& block, bool first, const Visit& visit) {
     for (const SidEntry& e : block->entries)
       if ((e.mode > 0) == first) visit(e);
+  }
+
+  // Zero orders that stand in the file are a body's that has them so (mean axes); blocks that are not there are unknown.
+  void look_for_lacks() {
+    const auto says_first_order = [](const std::optional<SidTaylor>& block) { return block && block->order > 0; };
+    if (n_ > 0 && !sid_.Ct && !says_first_order(sid_.mdCM))
+      lack(
+          "its file has neither Ct nor a first order of mdCM: accelerations and weight do not deform the body, which is right on mean axes "
+          "only");
+    if (n_ > 0 && !sid_.Cr && !sid_.Gr)
+      lack("its file has neither Cr nor Gr: angular accelerations do not deform the body, which is right on mean axes only");
+    if (n_ > 0 && !sid_.Oe && !says_first_order(sid_.J))
+      lack("its file has neither Oe nor a first order of J: centrifugal forces do not deform the body");
+    if (n_ > 1 && !sid_.Ge && !says_first_order(sid_.Cr))
+      lack("its file has neither Ge nor a first order of Cr: Coriolis forces of the deformation do not deform the body");
+    std::vector<std::string> nowhere;
+    for (const SidNode& node : sid_.nodes)
+      if (!node.origin) nowhere.push_back(node.id);
+    if (!nowhere.empty())
+      lack(fmt::format("its file does not say where {} of {} nodes are (block origin; the first is {}): they lie at the body's frame",
+                       nowhere.size(), sid_.nodes.size(), nowhere.front()));
   }
 
   // An entry of one of several n x n blocks, which are empty where all of them would be zero.
@@ -357,7 +382,18 @@ class BodyOfSid {
 
   void take_angular_momentum() {
     body_.Cr0 = Mat3X::Zero(3, n_);
-    if (has_order(sid_.Cr, false)) body_.Cr0 = sid_m0(*sid_.Cr).transpose();
+    if (has_order(sid_.Cr, false)) {
+      body_.Cr0 = sid_m0(*sid_.Cr).transpose();
+    } else if (!sid_.Cr && has_order(sid_.Gr, false)) {
+      // Gr_j = J1_j - skew(Cr0_j).
+      const MatX Gr = sid_m0(*sid_.Gr);
+      for (int j = 0; j < n_; ++j)
+        for (int a = 0; a < 3; ++a) {
+          const int b = (a + 1) % 3, c = (a + 2) % 3;
+          body_.Cr0(a, j) = 0.5 * (Gr(b, n_ * c + j) - Gr(c, n_ * b + j));
+        }
+      note("Cr is missing: taken from Gr");
+    }
     if (has_order(sid_.Cr, true)) {
       each(sid_.Cr, true, [&](const SidEntry& e) { entry(body_.Cr1[e.column - 1], e.row - 1, e.mode - 1) = e.value; });
     } else if (has_order(sid_.Ge, false)) {
@@ -424,6 +460,8 @@ class BodyOfSid {
         node.psi.col(k) = 0.5 * Vec3(w(2, 1) - w(1, 2), w(0, 2) - w(2, 0), w(1, 0) - w(0, 1));
       }
       ++turned_;
+    } else if (!source.psi && !node.phi.isZero(0.0) && lacks_) {
+      lacks_->unturned.push_back(node.name);
     }
   }
 
@@ -454,6 +492,7 @@ class BodyOfSid {
   const SidFile& sid_;
   const std::string& name_;
   std::vector<std::string>* notes_;
+  SidLacks* lacks_;
   const int n_;
   FlexibleBody body_;
   size_t turned_ = 0;
@@ -461,8 +500,8 @@ class BodyOfSid {
 
 }  // namespace
 
-FlexibleBody to_flexible_body(const SidFile& sid, const std::string& name, std::vector<std::string>* notes) {
-  return BodyOfSid(sid, name, notes).make();
+FlexibleBody to_flexible_body(const SidFile& sid, const std::string& name, std::vector<std::string>* notes, SidLacks* lacks) {
+  return BodyOfSid(sid, name, notes, lacks).make();
 }
 
 SidFile from_flexible_body(const FlexibleBody& body, const std::string& comment) {

@@ -87,8 +87,9 @@ SidJudgement judge_sid(const SidFile& sid) {
   SidJudgement out;
   FlexibleBody body;
   std::vector<std::string> notes;
+  SidLacks lacks;
   try {
-    body = to_flexible_body(sid, "file", &notes);
+    body = to_flexible_body(sid, "file", &notes, &lacks);
   } catch (const InputError& e) {
     out.contradicted.push_back(fmt::format("no body can be made of it: {}", e.what()));
     return out;
@@ -98,6 +99,7 @@ SidJudgement judge_sid(const SidFile& sid) {
   for (const SidCheck& c : check_sid(sid))
     if (c.residual > 1e-4)
       out.contradicted.push_back(fmt::format("identity {} does not hold: off by {:.2g} of the largest entry", c.identity, c.residual));
+  for (std::string& lack : lacks.all) out.contradicted.push_back(std::move(lack));
   // The whole mass matrix, and with it which motion is at fault.
   for (std::string& note : notes)
     if (note.find("contradict each other") != std::string::npos) out.contradicted.push_back(std::move(note));

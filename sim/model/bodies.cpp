@@ -456,6 +456,18 @@ void warn_of_shear_centre(Model& model, const std::string& owner, const Section&
                          section.shape, beside));
 }
 
+// Shear areas in m^2 where shares of the area are asked for: the beam would shear a thousand times too far. Shares so small are those of
+// sandwiches with areas of square metres at the least.
+void warn_of_shear_areas(Model& model, const std::string& owner, const Section& section) {
+  if (section.shape != "general") return;
+  for (const auto& [key, share] : {std::pair("shear_y", section.shear_y), std::pair("shear_z", section.shear_z)})
+    if (share > 0.0 && share <= std::min(1.2 * section.area, 0.02))
+      model.notes.warn(owner,
+                       fmt::format("its section's {0} is the share of the area that carries shear, 5/6 of a rectangle, found {1:.3g}, "
+                                   "no more than its area in m^2; if it is a shear area, write {0} = {2:.3g}",
+                                   key, share, share / section.area));
+}
+
 // Interfaces that the scene loads and whose static deflection the modes of a reduced body do not have.
 void warn_of_lacking_modes(Model& model, const Scene& scene, const std::string& owner, const std::string& body,
                            const std::string& comment) {
@@ -474,6 +486,40 @@ void warn_of_lacking_modes(Model& model, const Scene& scene, const std::string& 
                                    "is too stiff: reduce it with more modes or with --method craig-bampton",
                                    lack.share, lack.interface));
   }
+}
+
+// Whether the scene asks a frame of a body to turn with it: for a moment there, or for how it turns.
+bool asks_for_turns(const Scene& scene, const std::string& body, const std::string& frame, bool outputs) {
+  const auto here = [&](const FrameRef& f) { return f.body == body && f.frame == frame; };
+  return std::any_of(scene.joints.begin(), scene.joints.end(),
+                     [&](const JointDef& j) { return (here(j.parent) || here(j.child)) && !passes_no_moment(j.kind); }) ||
+         std::any_of(scene.forces.begin(), scene.forces.end(),
+                     [&](const ForceDef& f) {
+                       return (here(f.on) || here(f.from)) && (f.kind == ForceKind::torque || !f.bushing_stiffness.tail<3>().isZero(0.0));
+                     }) ||
+         (outputs && std::any_of(scene.outputs.begin(), scene.outputs.end(), [&](const OutputDef& o) {
+            const bool turns =
+                o.quantity == Quantity::rotation || o.quantity == Quantity::angular_velocity || o.quantity == Quantity::angle;
+            return (here(o.of) && turns) || (o.relative_to && here(*o.relative_to));
+          }));
+}
+
+// What a body's file does not say, and what its interfaces do not resist, where the scene asks for it.
+void warn_of_lacks(Model& model, const Scene& scene, const std::string& owner, const std::string& body, const BodyFile& file) {
+  for (const std::string& text : file.lacks.all) model.notes.warn(owner, text);
+  for (const std::string& node : file.lacks.unturned)
+    if (asks_for_turns(scene, body, node, true))
+      model.notes.warn(owner,
+                       fmt::format("its file does not say how '{}' turns as the body deforms (neither psi nor a first order of AP): it "
+                                   "turns with the body's frame, and moments there do not deform the body",
+                                   node));
+  for (const std::string& interface : turning_of_comment(file.comment))
+    if (asks_for_turns(scene, body, interface, false))
+      model.notes.warn(owner,
+                       fmt::format("the nodes of its interface '{}' lie on a line or at one point: the finite element model resists no "
+                                   "turn about it, and here moments hold the body there all the same; reduce it with nodes that "
+                                   "span a plane, or take a joint that passes on no moment about it",
+                                   interface));
 }
 
 }  // namespace
@@ -504,6 +550,7 @@ void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order
             model.notes.warn(owner, "a mixed or lumped beam has one damping ratio, that of its first mode; the others are ignored");
           if (const std::string note = beam_validity_note(*beam, decision.effects); !note.empty()) model.notes.tell(owner, note);
           warn_of_shear_centre(model, owner, beam->section, decision.effects);
+          warn_of_shear_areas(model, owner, beam->section);
           time_constant =
               chain ? mounted_time_constant(model, scene, part.scene_body, decision.effects, !normal.isZero(0.0), orientation) : 0.0;
           if (beam->model == BeamModel::lumped) {
@@ -537,6 +584,7 @@ void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order
       part.body = std::move(file.body);
       require_turned_nodes(scene, def, part.body);
       for (const std::string& note : file.notes) model.notes.tell(owner, note);
+      warn_of_lacks(model, scene, owner, def.name, file);
       warn_of_lacking_modes(model, scene, owner, def.name, file.comment);
       add_rayleigh_damping(modal->damping, part.body);
       add_mounted_damping(model, scene, part.scene_body, modal->damping, orientation, part.body);

@@ -370,6 +370,22 @@ class Reducer {
     lap("static check");
   }
 
+  // A rigid body tied to solid nodes needs three that span a triangle to take up moments.
+  bool turns_freely(const ReduceInterface& interface) const {
+    if (interface.spider < 0) return false;
+    const FeSpider& spider = model.spiders[interface.spider];
+    Vec3 middle = Vec3::Zero();
+    for (const int n : spider.slaves) {
+      if (system.dof[n][3] >= 0 || system.dof[n][4] >= 0 || system.dof[n][5] >= 0) return false;
+      middle += model.nodes[n] / static_cast<double>(spider.slaves.size());
+    }
+    Mat3 spread = Mat3::Zero();
+    for (const int n : spider.slaves) spread += (model.nodes[n] - middle) * (model.nodes[n] - middle).transpose();
+    const Vec3 sizes = Eigen::SelfAdjointEigenSolver<Mat3>(spread, Eigen::EigenvaluesOnly).eigenvalues();
+    // Squares: nodes within a hundred thousandth of their distance from a line are on it.
+    return sizes(1) <= 1e-10 * sizes(2) || sizes(2) == 0.0;
+  }
+
   // Of each interface: the norm of what its deflection under forces lacks, and of its turn under moments, relative to the whole. Stiff
   // directions beside soft ones count little, and so do interfaces that the model holds.
   void report_lacks(const std::vector<std::pair<size_t, int>>& owners, const MatX& full, const MatX& seen) {
@@ -384,7 +400,12 @@ class Reducer {
         whole[d / 3](i) += std::pow(full(a, b), 2);
       }
     for (size_t i = 0; i < options.interfaces.size(); ++i) {
-      InterfaceLack lack{names[i], 0.0};
+      InterfaceLack lack{names[i], 0.0, turns_freely(options.interfaces[i])};
+      if (lack.turns)
+        report().warnings.push_back(fmt::format(
+            "the nodes of interface '{}' lie on a line or at one point and have no rotations: the model resists no turn about it, "
+            "and what is welded there holds the body all the same; take nodes that span a plane",
+            names[i]));
       for (int part = 0; part < 2; ++part)
         if (whole[part](i) > held * held * whole[part].maxCoeff())
           lack.share = std::max(lack.share, std::sqrt(lacking[part](i) / whole[part](i)));

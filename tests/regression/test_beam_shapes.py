@@ -521,6 +521,21 @@ def rotary_frequencies(folder):
         near(found[n - 1], wanted, 1e-3 * wanted, f"frequency {n} of a shaft with discs (Rayleigh)")
 
 
+def shear_shares(folder):
+    """A cantilever with P L^3 / 3 E I and P L / (share G A) at its tip; areas in place of shares are told, with the share to write."""
+    L, A, I, P = 0.6, 4e-4, 1e-8, 5.0
+    words = "effects = ['bending_xy', 'shear']\n"
+    for share in (0.6, 0.6 * A):
+        section = f'section = {{ shape = "general", area = {A}, iy = {I}, iz = {I}, j = {I}, shear_y = {share}, shear_z = 0.7 }}\n'
+        scene = statics() + beam("beam", f"length = {L}\n" + words + section) + clamp() + force("beam.tip", "[0, 1, 0]", P)
+        r = simulate(folder, scene + output("tip", "beam.tip", "displacement"))
+        wanted = P * L**3 / (3 * E * I) + P * L / (share * G * A)
+        near(r["tip.y"][0], wanted, 1e-3 * wanted, f"general section with shear_y = {share}")
+        told = "share of the area" in r["said"]
+        expect(told == (share < 0.1), f"shear_y = {share}: {r['says']}")
+        expect(not told or ("shear_y = 0.6" in r["said"] and "shear_z" not in r["said"]), f"what to write: {r['says']}")
+
+
 def held_warping(folder):
     """A clamped I-beam twisted at its tip: T/GJ (L - tanh(k L)/k), k^2 = GJ/(E Cw), by Vlasov; the program has T L/GJ and says so."""
     L, b, h, w, f, T = 1.0, 0.06, 0.1, 0.004, 0.006, 5.0
@@ -600,6 +615,7 @@ with temporary_folder() as folder:
         spaghetti,
         right_angle_frame,
         rotary_frequencies,
+        shear_shares,
         held_warping,
         warnings_and_refusals,
     ):

@@ -92,6 +92,42 @@ TEST(ReduceStatic, DeflectionAtInterfacesWithDefaultOptions) {
   EXPECT_GT(reduce(full.model, strict).report.compliance_error, 0.05);
 }
 
+// Nodes of a solid on a line, or one, resist no turn about it: the reduction says so, its file, and a scene that welds something there, but
+// not one that hangs it on a ball.
+TEST(ReduceStatic, InterfacesThatTurnAreTold) {
+  FeModel model = rod();
+  std::vector<int>& small = model.spiders[1].slaves;
+  const Vec3 first = model.nodes[small.front()];
+  const auto beside = [&](int n) { return (model.nodes[n] - first).head<2>().norm() > 1e-6; };
+  for (const bool one : {false, true}) {
+    if (one) small.resize(1);
+    else std::erase_if(small, beside);
+    ASSERT_EQ(small.size() > 1, !one);
+    ReduceOptions o = both_ends();
+    o.modes = 4;
+    const Reduction r = reduce(model, o);
+    EXPECT_FALSE(r.report.lacks[0].turns);
+    EXPECT_TRUE(r.report.lacks[1].turns);
+    const auto& warnings = r.report.warnings;
+    EXPECT_TRUE(std::any_of(warnings.begin(), warnings.end(), [](const std::string& w) { return w.find("resists no turn") != w.npos; }));
+    const std::string comment = reduced_comment("rod.inp", r.report.lacks);
+    EXPECT_EQ(turning_of_comment(comment), std::vector<std::string>{"small"}) << comment;
+    EXPECT_TRUE(turning_of_comment(reduced_comment("rod.inp", {{"big", 0.5}})).empty());
+    EXPECT_EQ(lacks_of_comment(reduced_comment("rod.inp", {{"big", 0.5, true}, {"small", 0.2, true}})).size(), 2u);
+    const Scratch folder;
+    write_sid(from_flexible_body(r.body, comment), folder.path() / "rod.sid");
+    for (const char* kind : {"weld", "spherical"}) {
+      const std::string text =
+          std::string("[simulation]\nduration = 0.001\n[[body]]\nname = \"rod\"\nkind = \"modal\"\nfile = \"rod.sid\"\n") +
+          "[[joint]]\nname = \"wall\"\nkind = \"" + kind + "\"\nparent = \"ground\"\nchild = \"rod.small\"\n";
+      const Scene scene = parse_scene(text, (folder.path() / "scene.toml").string());
+      const std::vector<std::string> told = make_system(scene).notes.texts(Severity::warning);
+      const bool warned = std::any_of(told.begin(), told.end(), [](const std::string& w) { return w.find("resists no turn") != w.npos; });
+      EXPECT_EQ(warned, kind[0] == 'w') << one;
+    }
+  }
+}
+
 // Free modes alone give way too little where they are held. The body says by how much, its file too, and so does a scene that loads it.
 TEST(ReduceStatic, LackingModesAreTold) {
   const FeModel model = rod();

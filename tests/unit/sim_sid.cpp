@@ -101,6 +101,62 @@ std::map<std::string, MatX> truth_of(const std::string& sample) {
   return blocks;
 }
 
+// Blocks that are not there: what identities give is the body's, what they do not is told, and so is where and how nodes lie and turn.
+TEST(Sid, BlocksThatAreMissingAreMadeOrTold) {
+  for (const Sample sample : {blocked, reduced, stiffened}) {
+    const SidFile whole = read_sid(samples()[sample]).file;
+    const FlexibleBody body = to_flexible_body(whole, names[sample]);
+    const auto lacks_without = [&](const auto& take_out) {
+      SidFile file = whole;
+      take_out(file);
+      SidLacks lacks;
+      to_flexible_body(file, names[sample], nullptr, &lacks);
+      return lacks;
+    };
+    EXPECT_TRUE(lacks_without([](SidFile&) {}).all.empty()) << names[sample];
+    SidFile without_cr = whole;
+    without_cr.Cr.reset();
+    const double scale = std::max(body.Cr0.cwiseAbs().maxCoeff(), body.J1.cwiseAbs().maxCoeff());
+    EXPECT_LE((to_flexible_body(without_cr, names[sample]).Cr0 - body.Cr0).cwiseAbs().maxCoeff(), 1e-10 * scale) << names[sample];
+    const auto told = [&](const SidLacks& lacks, const char* part) {
+      EXPECT_EQ(lacks.all.size(), 1u) << names[sample] << part;
+      EXPECT_NE(lacks.all.empty() ? std::string::npos : lacks.all.front().find(part), std::string::npos) << names[sample] << part;
+    };
+    const auto zero_order = [](std::optional<SidTaylor>& block) {
+      block->order = 0;
+      std::erase_if(block->entries, [](const SidEntry& e) { return e.mode > 0; });
+    };
+    EXPECT_TRUE(lacks_without([](SidFile& f) { f.Ct.reset(); }).all.empty());
+    told(lacks_without([&](SidFile& f) {
+           f.Ct.reset();
+           zero_order(f.mdCM);
+         }),
+         "weight do not deform");
+    const SidLacks turning = lacks_without([](SidFile& f) {
+      f.Cr.reset();
+      f.Gr.reset();
+    });
+    told(turning, "angular accelerations");
+    told(lacks_without([&](SidFile& f) {
+           f.Oe.reset();
+           zero_order(f.J);
+         }),
+         "centrifugal");
+    told(lacks_without([&](SidFile& f) {
+           f.Ge.reset();
+           zero_order(f.Cr);
+         }),
+         "Coriolis");
+    told(lacks_without([](SidFile& f) { f.nodes.front().origin.reset(); }), "1 of");
+    const SidLacks unturned = lacks_without([&](SidFile& f) {
+      f.nodes.back().psi.reset();
+      zero_order(f.nodes.back().AP);
+    });
+    EXPECT_TRUE(unturned.all.empty());
+    EXPECT_EQ(unturned.unturned, std::vector<std::string>{body.nodes.back().name}) << names[sample];
+  }
+}
+
 // Every block of every dialect against sums over particles that the reader had no part in. Printed digits: 12 (stiffened 15), so 1e-11 of
 // the largest entry.
 TEST(Sid, ItsBlocksAreThoseOfTheDefinition) {
