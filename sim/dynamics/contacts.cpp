@@ -201,7 +201,9 @@ double contact_power(const Model& model, const SignalWork& signals) {
   for (size_t k = 0; k < model.contacts.size(); ++k) {
     const ContactDef& def = def_of(model, static_cast<int>(k));
     const ContactWork& c = signals.contacts[k];
-    power += (c.force - elastic_force(def, c.depth)) * c.rate - c.friction.dot(c.slide);
+    // A step that begins apart and ends pressed in sees no force all along, so nothing elastic either.
+    if (c.phase != ContactPhase::apart) power += (c.force - elastic_force(def, c.depth)) * c.rate;
+    power -= c.friction.dot(c.slide);
     if (c.slip == ContactSlip::sticks) power -= def.tangential_stiffness * Vec3(signals.z.segment<3>(model.contacts[k].z0)).dot(c.slide);
   }
   return power;

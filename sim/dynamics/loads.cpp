@@ -123,6 +123,18 @@ double stretched(const Model& model, const Load& load, double length, double t) 
   return load.def.cable ? std::max(d, 0.0) : d;
 }
 
+// What a spring's stretch pulls with, N: of a cable as long as its pull has it, on both sides of where it tightens or slackens. A step that
+// ends beyond that place sees one of them all along; what is kinked within a step, the work that is integrated with it lacks.
+template <class W>
+double elastic_pull(const Model& model, const W& work, const Load& load, const Line<typename W::In>& line) {
+  const double d = line.length - spring_rest(model, load, work.time).value;
+  if (!load.def.cable) return load.def.spring.stiffness * d;
+  if (load.def.spring.damping == 0.0) return extra_pull(load, work.expression_value);
+  // "length > rest" is the first choice of its pull (read_cable).
+  const bool stays = first_margin(model.functions[load.function], work.signals, work.time) > 0.0;
+  return stays == (d > 0.0) ? load.def.spring.stiffness * d : 0.0;
+}
+
 // Drag on a frame in its axes, and the velocity of what flows past it.
 template <class W>
 Vec3 drag_force(const Model& model, const W& work, const Load& load, Vec3& wind) {
@@ -300,7 +312,7 @@ void visit_link(const Model& model, W& work, const Load& load, const OnFrame& on
   const double push = spring_damper_force(model, work, load, line);
   if (!load.def.cable) work.applied -= extra_pull(load, work.expression_value) * line.rate;
   if (load.rest >= 0)
-    work.applied -= load.def.spring.stiffness * stretched(model, load, line.length, work.time) * spring_rest(model, load, work.time).rate;
+    work.applied -= (elastic_pull(model, work, load, line) + load.def.spring.preload) * spring_rest(model, load, work.time).rate;
   const auto pull = [&](int from, int on, const typename S::Linear& force) {
     on_frame(on, joined(turn_back(frame_world(model, work, on), force), S::no_turn()));
     on_frame(from, joined(typename S::Linear(-turn_back(frame_world(model, work, from), force)), S::no_turn()));
@@ -570,8 +582,7 @@ double dissipated_power(const Model& model, const W& work) {
     if (load.def.kind == ForceKind::spring_damper) {
       if (load.def.spring.damping == 0.0) continue;
       const auto line = line_between(model, work, load);
-      const double elastic = load.def.spring.stiffness * stretched(model, load, line.length, work.time);
-      power += load.def.cable ? (extra_pull(load, work.expression_value) - elastic) * line.rate
+      power += load.def.cable ? (extra_pull(load, work.expression_value) - elastic_pull(model, work, load, line)) * line.rate
                               : load.def.spring.damping * line.rate * line.rate;
     } else if (load.def.kind == ForceKind::drag) {
       Vec3 wind;

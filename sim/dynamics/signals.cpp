@@ -167,6 +167,10 @@ double function_value(const StateFunction& function, const SignalWork& signals, 
   throw SimulationError(fmt::format("{}: {}", function.owner, error.what()));
 }
 
+double first_margin(const StateFunction& function, const SignalWork& signals, double t) {
+  return function.expression.margin(0, t, readings(function, signals).data());
+}
+
 void sample_blocks(const Model& model, Work& work, double t) {
   for (size_t b = 0; b < model.blocks.size(); ++b) {
     const Block& block = model.blocks[b];

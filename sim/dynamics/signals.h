@@ -20,6 +20,8 @@ void update_signals(const Model& model, W& work);
 
 // Value of a function at the signals as they are. Throws SimulationError naming its owner where it is not finite.
 double function_value(const StateFunction& function, const SignalWork& signals, double t);
+// Positive while the first choice of the function that the motion makes stays as it is held, or stands where nothing is held.
+double first_margin(const StateFunction& function, const SignalWork& signals, double t);
 
 // Sampled blocks take their inputs: those whose period ends at t. Signals come first; afterwards they are anew.
 void sample_blocks(const Model& model, Work& work, double t);

@@ -504,6 +504,7 @@ Results run_scene(const Scene& scene, const SimulateOptions& options) {
         "", fmt::format("tolerance {:.0e} taken: with the default one the estimated error of the time integration was {:.2g} of the range "
                         "of {}",
                         results.statistics.tolerance, first.error_estimate, first.error_column));
+  warn_of_energies(results);
   if (const auto fast = faster_than_samples(results)) results.statistics.notes.tell(fast->owner, fast_motion_text(*fast));
   return results;
 }

@@ -40,4 +40,8 @@ Difference estimate_by_tighter(const Histories& tighter, const Histories* looser
 // (error_of_difference). Runs with events are not told to be better than 0.8 of their tolerance.
 Difference estimate_time_error(const Histories& looser, const Histories& run, SolverStatistics& out);
 
+// Warns where the energies of the results do not balance to within unasked_accuracy and five times the estimated error: work is no output,
+// so no second run compares it, and where nothing feels it no step is made for it.
+void warn_of_energies(Results& results);
+
 }  // namespace flexframe::sim

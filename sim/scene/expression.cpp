@@ -674,6 +674,11 @@ std::pair<double, double> Expression::operands(std::size_t s, const std::vector<
 }
 
 double Expression::margin(int k, double t, const double* variables) const {
+  if (frozen_.empty()) {
+    Expression held = *this;
+    held.hold(t, variables);
+    return held.margin(k, t, variables);
+  }
   const std::size_t s = state_selectors_[k];
   const auto [a, b] = operands(s, frozen_, t, variables);
   return distance_to_change(selectors_[s].op, frozen_[s], a, b);
