@@ -532,8 +532,8 @@ def shear_shares(folder):
         wanted = P * L**3 / (3 * E * I) + P * L / (share * G * A)
         near(r["tip.y"][0], wanted, 1e-3 * wanted, f"general section with shear_y = {share}")
         told = "share of the area" in r["said"]
-        expect(told == (share < 0.1), f"shear_y = {share}: {r['says']}")
-        expect(not told or ("shear_y = 0.6" in r["said"] and "shear_z" not in r["said"]), f"what to write: {r['says']}")
+        expect(told == (share < 0.1), f"shear_y = {share}: {r['said']}")
+        expect(not told or ("shear_y = 0.6" in r["said"] and "shear_z" not in r["said"]), f"what to write: {r['said']}")
 
 
 def held_warping(folder):
