@@ -4,6 +4,7 @@
 #include "sim/base/small_matrices.h"
 #include "sim/dynamics/closure.h"
 #include "sim/dynamics/dynamics.h"
+#include "sim/model/state_functions.h"
 #include "sim/scene/joint_kinds.h"
 #include "sim/start/linearise.h"
 #include "sim/start/static_problem.h"
@@ -12,6 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
 
 namespace flexframe::sim {
@@ -369,6 +371,27 @@ bool rests_without_loads(StaticProblem& p, const Sought& what, const VecX& start
   return at_rest;
 }
 
+// Near positions in line a search may turn a link round and round: whole turns mean nothing to a hinge by itself. One by whose angle
+// something goes keeps what the search found.
+void take_back_turns(const Model& model, const Scene& scene, const VecX& start, Work& work) {
+  constexpr double turn = 2.0 * std::numbers::pi;
+  for (size_t i = 0; i < model.parts.size(); ++i) {
+    const Part& part = model.parts[i];
+    const TreeJoint& j = part.joint;
+    if (j.kind != JointKind::revolute || j.motion >= 0 || j.spring || j.stop || j.scene_joint < 0) continue;
+    const int at = static_cast<int>(i);
+    const bool counted =
+        is_read(scene, scene.joints[j.scene_joint]) ||
+        std::any_of(model.loads.begin(), model.loads.end(), [&](const Load& l) { return l.table && l.table_part == at; }) ||
+        std::any_of(model.couplings.begin(), model.couplings.end(), [&](const CouplingRow& row) {
+          return std::any_of(row.terms.begin(), row.terms.end(), [&](const CouplingRow::Term& term) { return term.part == at; });
+        });
+    double& q = work.q[part.q0];
+    const double moved = q - start[part.q0];
+    if (!counted && std::abs(moved) >= turn) q -= turn * std::round(moved / turn);
+  }
+}
+
 // The state of rest; p.work holds it.
 void find_rest(StaticProblem& p, const Sought& what, const Scene& scene, const VecX& start, StaticSolution& out) {
   // What turns is held by more than stiffness: above its critical speed a shaft is stable at a saddle of its energy. The state beside the
@@ -429,6 +452,8 @@ StaticSolution solve_statics(const Model& model, const Scene& scene, Work& work,
   StaticProblem p = static_problem(model, work);
   const VecX start = work.q;
   find_rest(p, what, scene, start, out);
+  take_back_turns(model, scene, start, work);
+  update_positions(model, work);
 
   double length = 0.0;
   if (const int body = beyond_its_field(model, scene, work, length); body >= 0)

@@ -50,6 +50,28 @@ std::string rod(const std::string& name, double length = 1.0) {
       name, 0.5 * length, length);
 }
 
+// A parallelogram of links 0.3 m long over 0.5 m hangs by its weight, its links turned alike, and neither by whole turns more: from 20
+// degrees below the line the search turns one of them three times on its way.
+TEST(Statics, LinksHangWithoutWholeTurns) {
+  const auto link = [](const char* name, double mass, double length) {
+    return fmt::format(
+        "[[body]]\nname = \"{}\"\nkind = \"rigid\"\nmass = {}\ninertia = [0.01, 0.01, 0.01]\ncentre_of_mass = [{}, 0, 0]\n"
+        "frames = {{ e = [{}, 0, 0] }}\n",
+        name, mass, 0.5 * length, length);
+  };
+  const auto hinge = [](const char* name, const char* parent, const char* child, const std::string& more) {
+    return fmt::format("[[joint]]\nname = \"{}\"\nkind = \"revolute\"\nparent = \"{}\"\nchild = \"{}\"\n{}\n", name, parent, child, more);
+  };
+  const std::string guess = "initial = { guess = \"-20 deg\" }";
+  const Results r = run(head(0.001, "[0.3, -9.81, 0]", "start = \"static\"") + "[ground]\nframes = { d = [0.5, 0, 0] }\n" +
+                        link("a", 1, 0.3) + link("b", 1, 0.3) + link("c", 2, 0.5) + hinge("A", "ground", "a", guess) +
+                        hinge("D", "ground.d", "b", guess) + hinge("B", "a.e", "c", "initial = { guess = \"20 deg\" }") +
+                        hinge("C", "c.e", "b.e", "") + output("A", "A", "value") + output("D", "D", "value"));
+  const double hangs = std::atan2(-9.81, 0.3);  // where weight pulls
+  EXPECT_NEAR(column(r, "A")[0], hangs, 1e-6);
+  EXPECT_NEAR(column(r, "D")[0], hangs, 1e-6);
+}
+
 // k s + preload = -m g along the joint's axis: it hangs at s = -(m g + preload) / k; a spring between frames with the same numbers pulls
 // with preload + k (length - rest).
 TEST(Statics, PreloadShiftsTheEquilibrium) {
