@@ -1,4 +1,5 @@
-"""Load paths of random structures:  load_paths.py FLEXFRAME [--count N] [--seed S] [--kind K] [--number N] [--keep FOLDER]
+"""Load paths of random structures:  load_paths.py FLEXFRAME [--count N] [--seed S] [--kind K] [--number N] [--short]
+    [--keep FOLDER]
 
 Cantilevers, columns, toggles, arches, portals and levers in a plane, from little bent to far beyond buckling, described as an author may
 do it. `load-path` follows their states; the truth follows those of geometrically exact beams in absolute coordinates
@@ -29,6 +30,8 @@ from truths.plane_machine import Machine  # noqa: E402
 
 OFF, LIMIT = 0.01, 0.02
 PER = 12  # places between two states of a truth
+# What continuous integration runs of seed 1: one structure of each kind. Arch 4 is followed over 328 states, 10 over 68.
+SHORT = [0, 1, 2, 3, 10, 5]
 STEEL = {"E": 2.1e11, "rho": 7850.0, "poisson": 0.3}
 
 
@@ -403,12 +406,12 @@ def judge(program, case, folder, elements=12):
 
 
 def main():
-    parser = suite_parser(__doc__, "number", "keep", count=60)
+    parser = suite_parser(__doc__, "number", "keep", "short", count=60)
     parser.add_argument("--kind", default="")
     args = parser.parse_args()
     count = collections.Counter()
     kinds = [k for k in KINDS if not args.kind or k.__name__ == args.kind]
-    numbers = range(args.count) if args.number is None else [args.number]
+    numbers = SHORT if args.short else range(args.count) if args.number is None else [args.number]
     for number in numbers:
         kind = kinds[number % len(kinds)] if args.number is None else kinds[0]
         case = kind(random.Random(f"load path {kind.__name__} {args.seed} {number}"))

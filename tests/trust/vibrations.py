@@ -1,4 +1,4 @@
-"""Frequencies and responses of random frames:  vibrations.py FLEXFRAME [--count N] [--seed S] [--number N] [--keep FOLDER]
+"""Frequencies and responses of random frames:  vibrations.py FLEXFRAME [--count N] [--seed S] [--number N] [--short] [--keep FOLDER]
 
 Beams welded to one another at any angle, in a plane or in space, with masses at their ends. `modes` lists their vibrations,
 `response` the amplitude at their ends under a force. Truth: finite elements of Timoshenko's beams (truths/space_frame.py), many of them.
@@ -24,6 +24,9 @@ from scene import beam, by_chance, force, output, pick, rigid, section_of, simul
 from truths.space_frame import SpaceFrame, axes_of  # noqa: E402
 
 OFF, AMPLITUDE, FIRST = 0.015, 0.03, 6
+# What continuous integration runs of seed 1: one, two and three beams, in a plane and in space, right and warned of.
+# Those left out of the first twenty (7, 9, 11 to 14, 16, 18) take twice as long as these twelve.
+SHORT = [0, 1, 2, 3, 4, 5, 6, 8, 10, 15, 17, 19]
 
 
 def chosen(r):
@@ -144,17 +147,18 @@ def judge(program, frame, folder):
 
 
 def main():
-    parser = suite_parser(__doc__, "number", "keep", count=40)
+    parser = suite_parser(__doc__, "number", "keep", "short", count=40)
     args = parser.parse_args()
     counts = collections.Counter()
-    for number in range(args.count) if args.number is None else [args.number]:
+    numbers = SHORT if args.short else range(args.count) if args.number is None else [args.number]
+    for number in numbers:
         frame = Frame(random.Random(f"{args.seed} vibrations {number}"))
         with tempfile.TemporaryDirectory(prefix="flexframe_vibrations_") as place:
             verdict, said = judge(args.program, frame, args.keep or pathlib.Path(place))
         counts[verdict] += 1
         print(f"{verdict:8} {number}: {frame.what}; {said[:300]}", flush=True)
     print(", ".join(f"{counts[v]} {v}" for v in ("right", "warned", "alarm", "refused", "silent")))
-    sys.exit(1 if counts["silent"] or counts["alarm"] > 0.1 * args.count else 0)
+    sys.exit(1 if counts["silent"] or counts["alarm"] > 0.1 * len(numbers) else 0)
 
 
 if __name__ == "__main__":
