@@ -258,7 +258,7 @@ def reduce_bodies():
 
     # Every word of the command, told to both: sets, spiders, materials by option, matrices, units, what is kept.
     fe = source / "tests/fuzz/corpus/fe"
-    subprocess.run(["/usr/bin/python3", source / "assets/beam/make_beam.py", folder / "beam.inp"], check=True)
+    subprocess.run(["/usr/bin/python3", source / "assets/beam/make_beam.py", folder / "beam.inp", "10", "1", "2"], check=True)
     bare = (folder / "beam.inp").read_text().replace("*DENSITY", "** DENSITY").splitlines()
     number = next(k for k, line in enumerate(bare) if line.startswith("** DENSITY")) + 1
     (folder / "bare.inp").write_text("\n".join(bare[:number] + ["** " + bare[number]] + bare[number + 1 :]) + "\n")
