@@ -21,7 +21,7 @@ Results shaken(const std::string& more, const SimulateOptions& options = {}) {
 TEST(RepeatedRun, KeepsOnePerCentWhereNobodyGaveATolerance) {
   SimulateOptions alone;
   alone.estimate_error = false;
-  const VecX truth = tip(shaken("tolerance = 1e-10", alone));
+  const VecX truth = tip(shaken("tolerance = 1e-9", alone));  // 1.4e-5 of its range off, the default run 8e-4
   const double range = truth.maxCoeff() - truth.minCoeff();
   const auto error = [&](const Results& r) { return (tip(r) - truth).cwiseAbs().maxCoeff() / range; };
 
