@@ -89,7 +89,7 @@ with temporary_folder() as folder:
     told = {}
     for word in ("true", "false"):
         (folder / f"{word}.toml").write_text(SCENE.format(word, ""))
-        done = run("run", folder / f"{word}.toml", "-o", folder / word, "--no-video", "--frames", "0:18", "--json")
+        done = run("run", folder / f"{word}.toml", "-o", folder / word, "--no-video", "--frames", "0:12", "--json")
         told[word] = json.loads(done.stdout)
     notes = {word: [n for n in t["drawing"]["notes"] if "level_of_detail" in n] for word, t in told.items()}
     expect(len(notes["true"]) == 1 and not notes["false"], f"told where triangles are left out, and only there: {notes}")
