@@ -258,7 +258,7 @@ def rolls_in_a_hollow(folder):
         ball_in_plane = ball(radius=r)[: ball(radius=r).index("[[joint]]")]
         text = "[simulation]\nduration = 1\noutput_rate = 200\ngravity = [0, -9.81, 0]\n" + ball_in_plane + flat + seen
         for stiffness in (1e6, 1e7):
-            # The looser run that the estimate of 1e7 N/m takes is sixty times as long as the run itself.
+            # The looser run that the estimate of 1e7 N/m takes is more than fifty times as long as the run itself.
             words = [] if stiffness == 1e6 else ["--no-error-estimate"]
             h = simulate(folder, text + touch(stiffness=stiffness, radius=r, more=rolling), *words)
             y = solve_ivp(lambda t, y: [y[1], side * g * math.sin(y[0]) / (arm * 1.4)], (0, 1), [start, 0], t_eval=h["t"], rtol=1e-10).y
