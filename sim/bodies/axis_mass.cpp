@@ -3,6 +3,7 @@
 #include "sim/base/eigen_solvers.h"
 #include "sim/base/small_matrices.h"
 #include "sim/base/spatial.h"
+#include "sim/base/wide.h"
 #include "sim/bodies/rod_axis.h"
 
 namespace flexframe::sim {
@@ -12,47 +13,57 @@ using Axis = AxisMass;
 using Values = std::array<VecX, Axis::fields>;
 using Rows = std::array<MatX, Axis::fields>;
 
-// to(point) += sign (a_i b_k + a_k b_i)
-void add_pair(const Values& a, const Rows& b, int i, int k, double sign, MatX& to) {
-  for (Eigen::Index p = 0; p < to.cols(); ++p) to.col(p) += (sign * a[i][p]) * b[k].col(p) + (sign * a[k][p]) * b[i].col(p);
+// to += s from, n numbers.
+FLEXFRAME_INLINE void add(double* __restrict to, double s, const double* __restrict from, Eigen::Index n) {
+  for (Eigen::Index i = 0; i < n; ++i) to[i] += s * from[i];
 }
 
-// out(point) += running integral of f from the root.
-void add_integral(const Axis& mass, const MatX& f, VecX& sum, Eigen::Ref<MatX> out) {
-  const Eigen::Index k = mass.per_panel;
-  sum.setZero(f.rows());
+// to(point) += sign (a_i b_k + a_k b_i)
+FLEXFRAME_INLINE void add_pair(const Values& a, const Rows& b, int i, int k, double sign, MatX& to) {
+  for (Eigen::Index p = 0; p < to.cols(); ++p) {
+    add(to.col(p).data(), sign * a[i][p], b[k].col(p).data(), to.rows());
+    add(to.col(p).data(), sign * a[k][p], b[i].col(p).data(), to.rows());
+  }
+}
+
+// out(point) += running integral of f from the root; out: as many columns as f has.
+FLEXFRAME_INLINE void add_integral(const Axis& mass, const MatX& f, VecX& sum, double* out) {
+  const Eigen::Index k = mass.per_panel, n = f.rows();
+  sum.setZero(n);
   for (Eigen::Index at = 0; at < f.cols(); at += k) {
     for (Eigen::Index p = 0; p < k; ++p) {
-      auto to = out.col(at + p);
-      to += sum;
-      for (Eigen::Index l = 0; l < k; ++l) to += mass.once(l, p) * f.col(at + l);
+      double* const to = out + (at + p) * n;
+      add(to, 1.0, sum.data(), n);
+      for (Eigen::Index l = 0; l < k; ++l) add(to, mass.once(l, p), f.col(at + l).data(), n);
     }
-    for (Eigen::Index l = 0; l < k; ++l) sum += mass.once(l, k) * f.col(at + l);
+    for (Eigen::Index l = 0; l < k; ++l) add(sum.data(), mass.once(l, k), f.col(at + l).data(), n);
   }
 }
 
 // out(point) += running integral of the running integral of f.
-void add_double_integral(const Axis& mass, const MatX& f, VecX& sum, VecX& slope, Eigen::Ref<MatX> out) {
-  const Eigen::Index k = mass.per_panel;
-  sum.setZero(f.rows());
-  slope.setZero(f.rows());
+FLEXFRAME_INLINE void add_double_integral(const Axis& mass, const MatX& f, VecX& sum, VecX& slope, double* out) {
+  const Eigen::Index k = mass.per_panel, n = f.rows();
+  sum.setZero(n);
+  slope.setZero(n);
   for (Eigen::Index at = 0, panel = 0; at < f.cols(); at += k, ++panel) {
     const double start = static_cast<double>(panel) * mass.panel;
     for (Eigen::Index p = 0; p < k; ++p) {
-      auto to = out.col(at + p);
-      to += sum + (mass.x[at + p] - start) * slope;
-      for (Eigen::Index l = 0; l < k; ++l) to += mass.twice(l, p) * f.col(at + l);
+      double* const to = out + (at + p) * n;
+      const double beyond = mass.x[at + p] - start;
+      for (Eigen::Index i = 0; i < n; ++i) to[i] += sum[i] + beyond * slope[i];
+      for (Eigen::Index l = 0; l < k; ++l) add(to, mass.twice(l, p), f.col(at + l).data(), n);
     }
-    sum += mass.panel * slope;
+    add(sum.data(), mass.panel, slope.data(), n);
     for (Eigen::Index l = 0; l < k; ++l) {
-      sum += mass.twice(l, k) * f.col(at + l);
-      slope += mass.once(l, k) * f.col(at + l);
+      add(sum.data(), mass.twice(l, k), f.col(at + l).data(), n);
+      add(slope.data(), mass.once(l, k), f.col(at + l).data(), n);
     }
   }
 }
 
 // The bilinear form H(a, b) of the second-order displacement u2 = H(q, q)/2 at every particle, times root_mass: the fields of a state
 // that `work` holds (a number a point) against rows `b` (a column a point); out has the rows of b and all points for x, then y, then z.
+FLEXFRAME_WIDE
 void second_order(const Axis& mass, const Rows& b, const Values& b_root, AxisScratch& work, MatX& out) {
   const Values &a = work.at, &a_root = work.root;
   const auto have = [&](int i, int k) { return mass.row[i].size() > 0 && mass.row[k].size() > 0; };
@@ -66,16 +77,16 @@ void second_order(const Axis& mass, const Rows& b, const Values& b_root, AxisScr
   for (const bool y : {true, false}) {
     const int slope = y ? Axis::slope_y : Axis::slope_z, shear = y ? Axis::shear_y : Axis::shear_z;
     if (mass.row[slope].size() == 0) continue;
-    for (Eigen::Index p = 0; p < points; ++p) f.col(p) -= a[slope][p] * b[slope].col(p);
+    for (Eigen::Index p = 0; p < points; ++p) add(f.col(p).data(), -a[slope][p], b[slope].col(p).data(), n);
     if (mass.row[shear].size() > 0) add_pair(a, b, slope, shear, -1.0, f);
   }
-  add_integral(mass, f, work.sum, out.leftCols(points));
+  add_integral(mass, f, work.sum, out.data());
 
   for (const int component : {1, 2}) {
     const bool y = component == 1;
     const int slope = y ? Axis::slope_y : Axis::slope_z, bend = y ? Axis::bend_z : Axis::bend_y, shear = y ? Axis::shear_z : Axis::shear_y;
     const double sense = y ? -1.0 : 1.0;
-    auto to = out.middleCols(component * points, points);
+    double* const to = out.col(component * points).data();
     if (have(Axis::stretch, slope) || have(Axis::twist, shear)) {
       f.setZero();
       if (have(Axis::stretch, slope)) add_pair(a, b, Axis::stretch, slope, 1.0, f);
@@ -90,11 +101,37 @@ void second_order(const Axis& mass, const Rows& b, const Values& b_root, AxisScr
     const int tilt = y ? Axis::slope_z : Axis::slope_y;
     if (mass.root[Axis::twist].size() > 0 && mass.root[tilt].size() > 0) {
       const VecX turn = (0.5 * sense) * (a_root[Axis::twist][0] * b_root[tilt] + a_root[tilt][0] * b_root[Axis::twist]);
-      to.noalias() += turn * mass.x.transpose();
+      for (Eigen::Index p = 0; p < points; ++p) add(to + p * n, mass.x[p], turn.data(), n);
     }
   }
   for (int component = 0; component < 3; ++component)
-    for (Eigen::Index p = 0; p < points; ++p) out.col(component * points + p) *= mass.root_mass[p];
+    for (Eigen::Index p = 0; p < points; ++p) {
+      double* const to = out.col(component * points + p).data();
+      for (Eigen::Index i = 0; i < n; ++i) to[i] *= mass.root_mass[p];
+    }
+}
+
+// D = A + J J^T where it is not above the diagonal; J: n x columns, n eight or more. Blocks of eight rows and four columns stay in
+// registers, the last ones overlap those before.
+FLEXFRAME_WIDEST
+void add_square(const MatX& A, const MatX& J, MatX& D) {
+  constexpr int rows = 8, columns = 4;
+  const Eigen::Index n = J.rows(), terms = J.cols();
+  const double* const numbers = J.data();
+  for (Eigen::Index next = 0; next < n; next += columns) {
+    const Eigen::Index j = std::min(next, n - columns);
+    for (Eigen::Index row = j; row < n; row += rows) {
+      const Eigen::Index i = std::min(row, n - rows);
+      double sum[columns][rows] = {};
+      for (Eigen::Index p = 0; p < terms; ++p) {
+        const double* const of = numbers + p * n;
+        for (int c = 0; c < columns; ++c)
+          for (int r = 0; r < rows; ++r) sum[c][r] += of[i + r] * of[j + c];
+      }
+      for (int c = 0; c < columns; ++c)
+        for (int r = 0; r < rows; ++r) D(i + r, j + c) = A(i + r, j + c) + sum[c][r];
+    }
+  }
 }
 
 // The fields of a state.
@@ -220,8 +257,12 @@ void update_axis_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out, b
   out.Mre.row(4) = mass.Cr0.row(1) + (x.col(3) - z.col(1)).transpose();
   out.Mre.row(5) = mass.Cr0.row(2) + (y.col(1) - x.col(2)).transpose();
   if (!elastic || out.Mee.size() == 0) return;
-  out.Mee = mass.Me;
-  out.Mee.selfadjointView<Eigen::Lower>().rankUpdate(J);
+  if (body.n >= 8) {
+    add_square(mass.Me, J, out.Mee);
+  } else {
+    out.Mee = mass.Me;
+    out.Mee.selfadjointView<Eigen::Lower>().rankUpdate(J);
+  }
   out.Mee.triangularView<Eigen::StrictlyUpper>() = out.Mee.transpose();
 }
 
