@@ -9,8 +9,9 @@
 namespace flexframe::sim {
 namespace {
 
-// What swings by less than that share of its value cannot be seen in it; nor can what is fast by a smaller share of the whole swing.
-constexpr double missed_way = 0.5, small_share = 0.05, still_swing = 1e-6, unseen_fast = 0.02;
+// What swings by less than that share of its value cannot be seen in it; nor can what is fast by a smaller share of the whole swing. What
+// swings by less than `rounding` of all values beside it stands still.
+constexpr double missed_way = 0.5, small_share = 0.05, still_swing = 1e-6, unseen_fast = 0.02, rounding = 1e-9;
 
 struct Miss {
   double share = 0.0;      // of the way, root mean squares
@@ -62,13 +63,16 @@ std::optional<FastMotion> faster_than_samples(const Results& results, Eigen::Ind
   double worst = missed_way;
   const auto look = [&](const std::string& owner, const MatX& value, const MatX& rate) {
     if (value.cols() != rate.cols() || value.cols() == 0) return;
-    double fastest = 0.0;
-    for (Eigen::Index k = 0; k < rate.cols(); ++k) fastest = std::max(fastest, rate.col(k).segment(first, count).norm());
+    double fastest = 0.0, largest = 0.0;
+    for (Eigen::Index k = 0; k < rate.cols(); ++k) {
+      fastest = std::max(fastest, rate.col(k).segment(first, count).norm());
+      largest = std::max(largest, value.col(k).segment(first, count).norm());
+    }
     for (Eigen::Index k = 0; k < rate.cols(); ++k) {
       const VecX v = rate.col(k).segment(first, count);
       if (v.norm() < small_share * fastest) continue;
       const Miss miss = missed(t, value.col(k).segment(first, count), v);
-      if (miss.share < worst) continue;
+      if (miss.share < worst || miss.swing < rounding * largest) continue;
       worst = miss.share;
       out = {owner, miss.frequency, static_cast<double>(count - 1) / (t[count - 1] - t[0])};
     }
