@@ -22,14 +22,14 @@ constexpr std::uint64_t most_bytes = std::uint64_t{8} << 30;
 // libzip's functions; it is opened with the first archive.
 struct LibZip : sim::LateLibrary {
   LibZip() : LateLibrary(FLEXFRAME_LIBZIP_FILE, "NumPy archives (libzip)") {}
-  decltype(&zip_discard) discard = function<decltype(&zip_discard)>("zip_discard");
-  decltype(&zip_fclose) close = function<decltype(&zip_fclose)>("zip_fclose");
-  decltype(&zip_fopen_index) open_member = function<decltype(&zip_fopen_index)>("zip_fopen_index");
-  decltype(&zip_fread) read = function<decltype(&zip_fread)>("zip_fread");
-  decltype(&zip_get_num_entries) count = function<decltype(&zip_get_num_entries)>("zip_get_num_entries");
-  decltype(&zip_open) open = function<decltype(&zip_open)>("zip_open");
-  decltype(&zip_stat_index) stat = function<decltype(&zip_stat_index)>("zip_stat_index");
-  decltype(&zip_strerror) error = function<decltype(&zip_strerror)>("zip_strerror");
+  decltype(&zip_discard) discard = function("zip_discard");
+  decltype(&zip_fclose) close = function("zip_fclose");
+  decltype(&zip_fopen_index) open_member = function("zip_fopen_index");
+  decltype(&zip_fread) read = function("zip_fread");
+  decltype(&zip_get_num_entries) count = function("zip_get_num_entries");
+  decltype(&zip_open) open = function("zip_open");
+  decltype(&zip_stat_index) stat = function("zip_stat_index");
+  decltype(&zip_strerror) error = function("zip_strerror");
 };
 const LibZip& libzip() {
   static const LibZip library;

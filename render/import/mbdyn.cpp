@@ -190,20 +190,20 @@ namespace {
 // NetCDF's functions; it is opened with the first of its files.
 struct NetCdfLibrary : sim::LateLibrary {
   NetCdfLibrary() : LateLibrary(FLEXFRAME_NETCDF_FILE, "NetCDF files") {}
-  decltype(&nc_close) close = function<decltype(&nc_close)>("nc_close");
-  decltype(&nc_free_string) free_string = function<decltype(&nc_free_string)>("nc_free_string");
-  decltype(&nc_get_att_string) get_att_string = function<decltype(&nc_get_att_string)>("nc_get_att_string");
-  decltype(&nc_get_att_text) get_att_text = function<decltype(&nc_get_att_text)>("nc_get_att_text");
-  decltype(&nc_get_var_double) get_var_double = function<decltype(&nc_get_var_double)>("nc_get_var_double");
-  decltype(&nc_inq_att) inq_att = function<decltype(&nc_inq_att)>("nc_inq_att");
-  decltype(&nc_inq_dimlen) inq_dimlen = function<decltype(&nc_inq_dimlen)>("nc_inq_dimlen");
-  decltype(&nc_inq_nvars) inq_nvars = function<decltype(&nc_inq_nvars)>("nc_inq_nvars");
-  decltype(&nc_inq_vardimid) inq_vardimid = function<decltype(&nc_inq_vardimid)>("nc_inq_vardimid");
-  decltype(&nc_inq_varid) inq_varid = function<decltype(&nc_inq_varid)>("nc_inq_varid");
-  decltype(&nc_inq_varname) inq_varname = function<decltype(&nc_inq_varname)>("nc_inq_varname");
-  decltype(&nc_inq_varndims) inq_varndims = function<decltype(&nc_inq_varndims)>("nc_inq_varndims");
-  decltype(&nc_open) open = function<decltype(&nc_open)>("nc_open");
-  decltype(&nc_strerror) strerror = function<decltype(&nc_strerror)>("nc_strerror");
+  decltype(&nc_close) close = function("nc_close");
+  decltype(&nc_free_string) free_string = function("nc_free_string");
+  decltype(&nc_get_att_string) get_att_string = function("nc_get_att_string");
+  decltype(&nc_get_att_text) get_att_text = function("nc_get_att_text");
+  decltype(&nc_get_var_double) get_var_double = function("nc_get_var_double");
+  decltype(&nc_inq_att) inq_att = function("nc_inq_att");
+  decltype(&nc_inq_dimlen) inq_dimlen = function("nc_inq_dimlen");
+  decltype(&nc_inq_nvars) inq_nvars = function("nc_inq_nvars");
+  decltype(&nc_inq_vardimid) inq_vardimid = function("nc_inq_vardimid");
+  decltype(&nc_inq_varid) inq_varid = function("nc_inq_varid");
+  decltype(&nc_inq_varname) inq_varname = function("nc_inq_varname");
+  decltype(&nc_inq_varndims) inq_varndims = function("nc_inq_varndims");
+  decltype(&nc_open) open = function("nc_open");
+  decltype(&nc_strerror) strerror = function("nc_strerror");
 };
 const NetCdfLibrary& netcdf() {
   static const NetCdfLibrary library;

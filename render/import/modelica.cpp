@@ -21,12 +21,12 @@ namespace {
 // matio's functions; it is opened with the first of its files.
 struct Matio : sim::LateLibrary {
   Matio() : LateLibrary(FLEXFRAME_MATIO_FILE, "MAT files (matio)") {}
-  decltype(&Mat_Close) close = function<decltype(&Mat_Close)>("Mat_Close");
-  decltype(&Mat_LogInitFunc) set_log = function<decltype(&Mat_LogInitFunc)>("Mat_LogInitFunc");
-  decltype(&Mat_Open) open = function<decltype(&Mat_Open)>("Mat_Open");
-  decltype(&Mat_Rewind) rewind = function<decltype(&Mat_Rewind)>("Mat_Rewind");
-  decltype(&Mat_VarFree) free = function<decltype(&Mat_VarFree)>("Mat_VarFree");
-  decltype(&Mat_VarRead) read = function<decltype(&Mat_VarRead)>("Mat_VarRead");
+  decltype(&Mat_Close) close = function("Mat_Close");
+  decltype(&Mat_LogInitFunc) set_log = function("Mat_LogInitFunc");
+  decltype(&Mat_Open) open = function("Mat_Open");
+  decltype(&Mat_Rewind) rewind = function("Mat_Rewind");
+  decltype(&Mat_VarFree) free = function("Mat_VarFree");
+  decltype(&Mat_VarRead) read = function("Mat_VarRead");
 };
 const Matio& matio() {
   static const Matio library;

@@ -13,10 +13,10 @@ LateLibrary::LateLibrary(const char* file, const char* for_what) : file_(file), 
   if (!library_) throw FileError(fmt::format("the library for {} is missing or cannot be opened: {}", for_what, ::dlerror()));
 }
 
-void* LateLibrary::find(const char* name) const {
+LateLibrary::Address LateLibrary::function(const char* name) const {
   void* const found = ::dlsym(library_, name);
   if (!found) throw FileError(fmt::format("the library {} has no function {}: it is of another version than the program", file_, name));
-  return found;
+  return {found};
 }
 
 }  // namespace flexframe::sim

@@ -10,14 +10,18 @@ class LateLibrary {
  public:
   // file: as the linker would name it ("libnetcdf.so.19"). for_what: what cannot be done without it. Throws FileError.
   LateLibrary(const char* file, const char* for_what);
-  // The function of that name; the type is what its header says, decltype(&name). Throws FileError.
-  template <class Function>
-  Function function(const char* name) const {
-    return reinterpret_cast<Function>(find(name));
-  }
+  // An address that becomes a pointer to a function of whatever type it is given to: decltype(&name), as its header says.
+  struct Address {
+    void* at;
+    template <class Function>
+    operator Function*() const {
+      return reinterpret_cast<Function*>(at);
+    }
+  };
+  // Throws FileError.
+  Address function(const char* name) const;
 
  private:
-  void* find(const char* name) const;
   std::string file_;
   void* library_;
 };

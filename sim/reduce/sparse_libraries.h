@@ -11,19 +11,19 @@ namespace flexframe::sim {
 
 struct OpenBlas : LateLibrary {
   OpenBlas();
-  decltype(&cblas_dgemm) dgemm = function<decltype(&cblas_dgemm)>("cblas_dgemm");
-  decltype(&openblas_set_num_threads) set_threads = function<decltype(&openblas_set_num_threads)>("openblas_set_num_threads");
+  decltype(&cblas_dgemm) dgemm = function("cblas_dgemm");
+  decltype(&openblas_set_num_threads) set_threads = function("openblas_set_num_threads");
 };
 
 struct Mumps : LateLibrary {
   Mumps();
-  decltype(&dmumps_c) call = function<decltype(&dmumps_c)>("dmumps_c");
+  decltype(&dmumps_c) call = function("dmumps_c");
 };
 
 struct Metis : LateLibrary {
   Metis();
-  decltype(&METIS_SetDefaultOptions) defaults = function<decltype(&METIS_SetDefaultOptions)>("METIS_SetDefaultOptions");
-  decltype(&METIS_NodeND) nested_dissection = function<decltype(&METIS_NodeND)>("METIS_NodeND");
+  decltype(&METIS_SetDefaultOptions) defaults = function("METIS_SetDefaultOptions");
+  decltype(&METIS_NodeND) nested_dissection = function("METIS_NodeND");
 };
 
 // Each opened once a process. Throw FileError.

@@ -21,7 +21,7 @@ std::string message_of(auto&& call) {
 
 TEST(LateLibrary, FunctionsAreThoseOfTheLibrary) {
   const LateLibrary mathematics("libm.so.6", "roots");
-  const auto cube_root = mathematics.function<double (*)(double)>("cbrt");
+  double (*const cube_root)(double) = mathematics.function("cbrt");
   EXPECT_DOUBLE_EQ(cube_root(27.0), 3.0);
 }
 
@@ -29,7 +29,7 @@ TEST(LateLibrary, SaysWhatIsMissingAndWhatForItIsNeeded) {
   const std::string library = message_of([] { LateLibrary("libnobody_has.so.7", "files of nobody"); });
   EXPECT_NE(library.find("files of nobody"), std::string::npos) << library;
   EXPECT_NE(library.find("libnobody_has.so.7"), std::string::npos) << library;
-  const std::string function = message_of([] { LateLibrary("libm.so.6", "roots").function<void (*)()>("nobody_has"); });
+  const std::string function = message_of([] { LateLibrary("libm.so.6", "roots").function("nobody_has"); });
   EXPECT_NE(function.find("libm.so.6 has no function nobody_has"), std::string::npos) << function;
 }
 
