@@ -125,6 +125,7 @@ class MotionRun {
   void hand_out_samples(double now);
   void follow_state(double now);
   void pass_event(double now);
+  void tell_progress(double now);
   void repeat_to_event(double now);
   std::vector<Partition> partitions() const;
   void note_changes(double t);
@@ -448,12 +449,18 @@ void MotionRun::run_segment(double end) {
     }
     if (event) {
       pass_event(now);
+      if (static_cast<double>(steps_so_far()) >= told_to.most_steps) keep_to_budget(now);
+      tell_progress(now);
       continue;
     }
     if (review_method(now, end) || end_trial(now)) continue;
     renew_loops(now);
-    if (told_to.progress && ++calls % 16 == 0) told_to.progress(now);
+    tell_progress(now);
   }
+}
+
+void MotionRun::tell_progress(double now) {
+  if (told_to.progress && ++calls % 16 == 0) told_to.progress(now);
 }
 
 // An integrator may take steps below the digits of the time without complaint, and for ever.

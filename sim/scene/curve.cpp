@@ -103,14 +103,39 @@ SpaceCurve::Jet SpaceCurve::at(double s) const {
   return out;
 }
 
-double SpaceCurve::nearest(const Vec3& p) const {
+// The sample with the least value of what changes by no more than the way along the curve, the first of several. Where a value lies above
+// the least of a few samples, none within a way of that difference can be less: most are passed over.
+template <class Value>
+size_t SpaceCurve::least_sample(const Value& value) const {
+  constexpr double rounding = 1.0 - 1e-6;  // chords are shorter than the curve, up to the digits of its length
+  const size_t n = samples_.size(), stride = std::max<size_t>(1, static_cast<size_t>(std::sqrt(static_cast<double>(n))));
+  double least = std::numeric_limits<double>::infinity(), found = least;
+  for (size_t i = 0; i < n; i += stride) least = std::min(least, value(samples_[i]));
   size_t best = 0;
-  double least = std::numeric_limits<double>::infinity();
-  for (size_t i = 0; i < samples_.size(); ++i)
-    if (const double d = (samples_[i] - p).squaredNorm(); d < least) least = d, best = i;
-  const double step = length_ / static_cast<double>(samples_.size() - 1);
-  const double low = closed_ || best > 0 ? s_[best] - 2.0 * step : 0.0;
-  const double high = closed_ || best + 1 < samples_.size() ? s_[best] + 2.0 * step : length_;
+  for (size_t i = 0; i < n;) {
+    const double v = value(samples_[i]);
+    least = std::min(least, v);
+    if (v < found) found = v, best = i;
+    const double next = s_[i] + rounding * (v - least);
+    if (++i < n && s_[i] < next)
+      i = static_cast<size_t>(std::lower_bound(s_.begin() + static_cast<std::ptrdiff_t>(i), s_.end(), next) - s_.begin());
+  }
+  return best;
+}
+
+// Two samples to both sides of one, at an end beyond which an open curve goes on straight none.
+SpaceCurve::Reach SpaceCurve::reach_of(size_t sample) const {
+  const size_t last = samples_.size() - 1;
+  const auto before = [&](size_t n) { return sample >= n ? s_[sample - n] : s_[last - (n - sample)] - length_; };
+  const auto after = [&](size_t n) { return sample + n <= last ? s_[sample + n] : s_[sample + n - last] + length_; };
+  if (closed_) return {before(std::min<size_t>(2, last)), after(std::min<size_t>(2, last))};
+  return {s_[sample - std::min<size_t>(2, sample)], s_[std::min(sample + 2, last)]};
+}
+
+double SpaceCurve::nearest(const Vec3& p) const {
+  const size_t best = least_sample([&](const Vec3& sample) { return (sample - p).norm(); });
+  const auto [low, high] = reach_of(best);
+  const double step = 0.25 * (high - low);
   double s = s_[best];
   // Newton on (c - p) . c' = 0, downhill only.
   for (int k = 0; k < 30; ++k) {
@@ -126,12 +151,10 @@ double SpaceCurve::nearest(const Vec3& p) const {
 }
 
 double SpaceCurve::farthest(const Vec3& direction) const {
-  size_t best = 0;
-  for (size_t i = 1; i < samples_.size(); ++i)
-    if (direction.dot(samples_[i]) > direction.dot(samples_[best])) best = i;
-  const double step = length_ / static_cast<double>(samples_.size() - 1);
-  const double low = closed_ ? s_[best] - 2.0 * step : std::max(0.0, s_[best] - 2.0 * step);
-  const double high = closed_ ? s_[best] + 2.0 * step : std::min(length_, s_[best] + 2.0 * step);
+  const double size = direction.norm();
+  const size_t best = least_sample([&](const Vec3& sample) { return size > 0.0 ? -direction.dot(sample) / size : 0.0; });
+  const auto [low, high] = reach_of(best);
+  const double step = 0.25 * (high - low);
   double s = s_[best];
   // Newton on d . c' = 0, uphill only.
   for (int k = 0; k < 30; ++k) {

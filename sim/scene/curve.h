@@ -32,6 +32,13 @@ class SpaceCurve {
   double area_xy() const;
 
  private:
+  struct Reach {
+    double low, high;
+  };
+  template <class Value>
+  size_t least_sample(const Value& value) const;
+  Reach reach_of(size_t sample) const;
+
   bool closed_;
   double length_ = 0.0;
   std::vector<double> s_;              // of the samples

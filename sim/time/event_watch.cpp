@@ -3,6 +3,7 @@
 #include "sim/time/events.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace flexframe::sim {
@@ -14,6 +15,7 @@ void EventWatch::begin(System& system, double t, const VecX& y) {
   start_.margin.resize(n);
   before_.margin.clear();
   directions_.assign(n, 0);
+  just_begun_ = true;
   if (n > 0) start_ = at(system, t, y);
 }
 
@@ -21,7 +23,28 @@ void EventWatch::begin(System& system, double t, const VecX& y) {
 // step: enough to foretell a stop that is met again at once by a body that has only just left it. What it misses is taken out linearly.
 void EventWatch::state_at(const Integrator& integrator, double t, VecX& y) const {
   integrator.interpolate(t, y);
-  if (end_ > start_.t) y += (end_ - t) / (end_ - start_.t) * missed_;
+  if (!(end_ > start_.t)) return;
+  const double share = (t - start_.t) / (end_ - start_.t), rest = 1.0 - share;
+  y += rest * missed_;
+  // What the slopes differ by at the start and nothing at the end, nor any state there: Hermite's cubics.
+  if (turned_.size() > 0) y += share * rest * rest * turned_ + (rest * rest * (1.0 + 2.0 * share) - rest) * missed_;
+}
+
+// The first step after an event is of first order, its interpolant a straight line or nearly so: a body that has just been left slowly would
+// seem to come back within the step, and be left again, as often as steps are short against that bend. So the slope there is made right.
+void EventWatch::take_out_slope(System& system, const Integrator& integrator) {
+  const double step = end_ - start_.t;
+  VecX rates(start_y_.size()), place;
+  state_rate(system, start_.t, start_y_.data(), rates.data());
+  // Slope of the interpolant, a polynomial, by five of its places: exact up to the fourth order.
+  constexpr double beside = 0.05;
+  constexpr std::array<double, 4> weights{48.0, -36.0, 16.0, -3.0};
+  VecX slope = -25.0 * (start_y_ - missed_);
+  for (size_t i = 0; i < weights.size(); ++i) {
+    integrator.interpolate(start_.t + static_cast<double>(i + 1) * beside * step, place);
+    slope += weights[i] * place;
+  }
+  turned_ = step * rates - slope / (12.0 * beside);
 }
 
 EventWatch::Point EventWatch::at(System& system, const Integrator& integrator, double t) {
@@ -170,23 +193,34 @@ void EventWatch::locate(System& system, const Integrator& integrator, Point& bef
   }
 }
 
-bool EventWatch::look(System& system, const Integrator& integrator, double& t, VecX& y) {
-  if (start_.margin.empty()) return false;
-  end_ = t;
-  event_roundings(system, floor_);
-  for (size_t k = 0; k < floor_.size(); ++k) floor_[k] = std::min(-floor_[k], 2.0 * start_.margin[k]);
-  std::vector<Point> points = looks(system, integrator, t, y);
-  Point before, after;
+// Whether a phase ends among the looks, and between which two of its points.
+bool EventWatch::find(System& system, const Integrator& integrator, std::vector<Point>& points, Point& before, Point& after) {
   size_t first = 1;
   while (first < points.size() && !ended(points[first])) ++first;
   // What lies before the first end that the points show may hide an earlier one.
   const std::vector<Point> clear(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(first));
-  bool found = dips(system, integrator, clear, before, after);
-  if (!found && first < points.size()) {
-    before = points[first - 1];
-    after = points[first];
-    found = true;
+  if (dips(system, integrator, clear, before, after)) return true;
+  if (first == points.size()) return false;
+  before = points[first - 1];
+  after = points[first];
+  return true;
+}
+
+bool EventWatch::look(System& system, const Integrator& integrator, double& t, VecX& y) {
+  if (start_.margin.empty()) return false;
+  end_ = t;
+  turned_.resize(0);
+  event_roundings(system, floor_);
+  for (size_t k = 0; k < floor_.size(); ++k) floor_[k] = std::min(-floor_[k], 2.0 * start_.margin[k]);
+  std::vector<Point> points = looks(system, integrator, t, y);
+  Point before, after;
+  bool found = find(system, integrator, points, before, after);
+  if (found && just_begun_) {
+    take_out_slope(system, integrator);
+    points = looks(system, integrator, t, y);
+    found = find(system, integrator, points, before, after);
   }
+  just_begun_ = false;
   if (!found) {
     before_ = std::move(start_);
     start_ = std::move(points.back());

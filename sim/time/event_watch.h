@@ -35,6 +35,8 @@ class EventWatch {
     std::vector<double> margin, rate;
   };
   void state_at(const Integrator& integrator, double t, VecX& y) const;
+  void take_out_slope(System& system, const Integrator& integrator);
+  bool find(System& system, const Integrator& integrator, std::vector<Point>& points, Point& before, Point& after);
   Point at(System& system, const Integrator& integrator, double t);
   Point at(System& system, double t, const VecX& y) const;
   bool ended(const Point& p) const;
@@ -48,6 +50,8 @@ class EventWatch {
   VecX start_y_, scratch_;
   double end_ = 0.0;           // of the step that is looked at
   VecX missed_;                // the start's state less what the interpolant says there
+  VecX turned_;                // its rates times the step, less the interpolant's; empty where these are not looked at
+  bool just_begun_ = false;    // no step since a phase began
   std::vector<double> floor_;  // per margin: below it the phase has ended
   std::vector<int> directions_;
 };
