@@ -301,6 +301,18 @@ std::optional<Results> run_again(const RememberedSettings& kept, const SettingsM
   }
 }
 
+// Worth of what no setting brings (Task::lacking) in the scene as it was run, together.
+double lacking_worth(Task& t) {
+  std::erase_if(t.lacking, [&](const LeftOutWorth& w) {
+    return std::any_of(t.search.states.begin(), t.search.states.end(), [&](const EffectState& s) {
+      return s.on && s.effect == w.effect && std::find(w.owners.begin(), w.owners.end(), s.owner) != w.owners.end();
+    });
+  });
+  double out = 0.0;
+  for (const LeftOutWorth& w : t.lacking) out += w.share;
+  return out;
+}
+
 // What a search has come to, for the words about it.
 struct Searched {
   double start = 0.0, begun = 0.0;   // cpu_seconds() and work_seconds() at which it began
@@ -309,8 +321,14 @@ struct Searched {
   bool checked = false;              // what is left out and the models are judged already
 };
 
-Results stated(const Task& t, Finished found, const Searched& searched, const SettingsMemory* memory) {
+Results stated(Task& t, Finished found, const Searched& searched, const SettingsMemory* memory) {
   const double accuracy = t.accuracy;
+  const double lacks = lacking_worth(t);
+  if (lacks > found.error) found.column = t.lacking.front().column;
+  if (lacks > 0.5 * std::max(accuracy, found.error))
+    found.unreached = "; most of it is the shear that sections without shear_y and shear_z leave out";
+  found.error = std::hypot(found.error, lacks);
+  found.effects = std::hypot(found.effects, lacks);
   const bool spent = searched.allowed > 0.0 && work_seconds() > searched.begun + searched.allowed;
   AccuracyStatement out;
   out.asked = accuracy;
@@ -332,12 +350,14 @@ Results stated(const Task& t, Finished found, const Searched& searched, const Se
   s.error_estimate = found.error;
   s.error_column = found.column;
   warn_of_tipping(found.scene, t.search.states, results, s.notes);
+  report_left_out(found.scene, t.lacking, accuracy, s);
   if (s.error_estimate > accuracy)
     s.notes.warn("", fmt::format("the requested accuracy of {:g} was not reached: the estimated error is {:.1e} of the range of {}{}",
                                  accuracy, s.error_estimate, found.column,
-                                 spent ? fmt::format("; the search ended after {:.0f} CPU s, {:.0f} times the CPU time of the scene as "
-                                                     "written: request less accuracy, or remove this output",
-                                                     out.search_cpu, searched.run > 0.0 ? searched.allowed / searched.run : 0.0)
+                                 spent && found.unreached.empty()
+                                     ? fmt::format("; the search ended after {:.0f} CPU s, {:.0f} times the CPU time of the scene as "
+                                                   "written: request less accuracy, or remove this output",
+                                                   out.search_cpu, searched.run > 0.0 ? searched.allowed / searched.run : 0.0)
                                  : !found.unreached.empty() ? found.unreached
                                  : found.judged             ? "; its vibrations converge so slowly with more modes that a search would not "
                                                               "bring it there: request less accuracy, or remove this output"
@@ -371,17 +391,20 @@ Results simulate_to_accuracy(const Scene& as_given, double accuracy, const Simul
       if (std::optional<Results> again = run_again(*kept, *memory, options)) return std::move(*again);
   const double start = cpu_seconds(), begun = work_seconds();
   const auto task_for = [&](const Scene& of) {
-    Task t{accuracy, &options, Search(of, options), {}, {}, {}, 0.0, 1.0, {}, {}, {}, {}, {}, std::make_shared<std::optional<Finished>>()};
+    Task t{
+        accuracy, &options, Search(of, options), {}, {}, {}, 0.0, 1.0, {}, {}, {}, {}, {}, {}, std::make_shared<std::optional<Finished>>()};
     t.search.accuracy = accuracy;
     return t;
   };
   std::optional<StraightRun> left;
+  std::vector<LeftOutWorth> lacking;
   std::shared_ptr<std::optional<Finished>> nearest;  // of the straight way
   {
     Task straight = task_for(as_given);
     nearest = straight.nearest;
     if (std::optional<Finished> found = go_straight(straight, as_given, left))
       return stated(straight, std::move(*found), {start, begun, 0.0, 0.0, {}, true}, memory);
+    lacking = std::move(straight.lacking);
   }
   // What the motion needs of the effects that are "auto", told by a loose run: the search weighs these and the others by pairs.
   SimulateOptions first = options;
@@ -402,11 +425,29 @@ Results simulate_to_accuracy(const Scene& as_given, double accuracy, const Simul
         changed.push_back(
             fmt::format("'{}' model \"{}\"", scene.bodies[b].name, after->model == BeamModel::mixed ? "mixed" : "finite-element"));
     }
+    // With them what failed the straight way is gone; it costs a part of what a search does. Effects are those that the scene gives.
+    Scene as_richer = *richer;
+    for (size_t b = 0; b < as_richer.bodies.size(); ++b)
+      if (auto* beam = std::get_if<BeamDef>(&as_richer.bodies[b].kind)) {
+        const auto& written = std::get<BeamDef>(as_given.bodies[b].kind);
+        beam->effects = written.effects;
+        beam->chosen.effects = written.chosen.effects;
+      }
+    Task straight = task_for(as_richer);
+    std::optional<StraightRun> again;
+    if (std::optional<Finished> found = go_straight(straight, as_richer, again))
+      return stated(straight, std::move(*found), {start, begun, 0.0, 0.0, changed, true}, memory);
+    lacking = std::move(straight.lacking);
     t = task_for(*richer);
     given.reset();  // with all of its coordinates it takes as long as the search does: only where that finds nothing
   }
   t.search.until = search_start + allowed;
-  std::optional<Finished> best = found_by_search(t);
+  // Where what no setting brings is worth more than what is asked a search is in vain.
+  constexpr double surely = 2.0;
+  double lacks = 0.0;
+  for (const LeftOutWorth& w : lacking) lacks += w.share;
+  std::optional<Finished> best;
+  if (lacks <= surely * accuracy || !given || !given->run || !given->loose) best = found_by_search(t);
   if (!best || best->error > accuracy) {
     t.search.until = 1e300;
     if (!given) given = run_as_given(t);
@@ -435,6 +476,7 @@ Results simulate_to_accuracy(const Scene& as_given, double accuracy, const Simul
                                  accuracy, searched));
     return results;
   }
+  t.lacking = std::move(lacking);
   return stated(t, std::move(*best), {start, begun, allowed, as_written, std::move(changed)}, memory);
 }
 

@@ -49,7 +49,7 @@ constexpr double dear_run = 1.0;
 // at 1e-8: 2 CPU s and no end).
 constexpr double dear_step = 0.3, dearer_step = 5.0;
 // CPU s for few modes where events shift with tighter steps.
-constexpr double few_allowance = 1.5;
+constexpr double few_allowance = 3.0;
 // A looser run that takes longer than so many times the run itself has lost its way (arm with a payload: 16 CPU s, five times the run);
 // where runs take seconds it has to be the cheaper one that it should be.
 constexpr double dearer_if_looser = 1.5, cheaper_if_looser = 0.6;
@@ -79,6 +79,9 @@ class Straight {
   bool refine_few();
   std::optional<Finished> try_few(const Scene& as_given, const Search& search, double within);
   double allowed_to_try() const;
+  double allowed_for_few() const;
+  double most_for_few() const;
+  double few_or_try() const { return t_.search.touches ? std::max(allowed_to_try(), allowed_for_few()) : allowed_to_try(); }
   std::vector<std::string> described() const;
   StraightRun for_search(bool kept) const;
   Verdict verdict_as_called(const Scene& scene);
@@ -92,6 +95,7 @@ class Straight {
   bool space_by(const Scene& other, const ByKind& shares);
   bool by_program(const EffectState& s) const;
   bool decided(const LeftOutWorth& w) const;
+  void set_aside_lacking();
   bool chosen_by_scene(const LeftOutWorth& w) const;
   bool leaves_out_more() const;
   bool judge_deformations(bool following);
@@ -182,7 +186,19 @@ bool Straight::run_pilot(const Scene& scene, bool again) {
   }
   fine_ = to_histories(run_.results);
   fine_.scales = run_.scales;
+  set_aside_lacking();
   return true;
+}
+
+// What no setting brings is told beside the result, with its worth: nothing is looked for on its account. (An elastic slider-crank whose
+// section has no shear areas, worth 4 % of its deflection: a search of 14 CPU s for 0.1 did not count it.)
+void Straight::set_aside_lacking() {
+  t_.lacking.clear();
+  std::erase_if(run_.left_out, [&](const LeftOutWorth& w) {
+    const bool lacks = w.effect == "shear" && !w.possible && decided(w);
+    if (lacks) t_.lacking.push_back(w);
+    return lacks;
+  });
 }
 
 // With few modes, and the effects that the motion calls for; false where it calls for ever more. Without `again`: as run_pilot.
@@ -296,7 +312,8 @@ Straight::Verdict Straight::judge_time(const Scene& scene) {
   const bool short_steps = few_ > 0 ? t_.search.rings : lost > mostly_lost || needed > far;
   if (vibrates && short_steps) return Verdict::rather_follow;
   // With few modes a search finds as much for less.
-  if (t_.search.elastic && t_.search.has_levels() && next_work() > std::max(dear_step, dearer_step * run_.results.statistics.work))
+  if (few_ == 0 && t_.search.elastic && t_.search.has_levels() &&
+      next_work() > std::max(dear_step, dearer_step * run_.results.statistics.work))
     return Verdict::lost;
   // So far off a run tells nothing but that: cheap ones go on as long as they come nearer.
   constexpr double lost_from = 1000.0, nearer = 0.3;
@@ -451,7 +468,7 @@ bool Straight::judge_effects(bool following) { return judge_deformations(followi
 
 // Deformations that may not be left out because events shift with them come, before a search begins that would bring them too; whether
 // there were any.
-bool Straight::bring_what_shifts() { return t_.search.touches && few_ == 0 && bring(may_shift_events); }
+bool Straight::bring_what_shifts() { return t_.search.touches && bring(may_shift_events); }
 
 // Deformations that the program left out and that are worth more come on; whether there were any. What one beam has may change what the
 // program decides for another (two beams in a loop whose length only one of them has to give), which then is pinned.
@@ -685,6 +702,7 @@ std::optional<Finished> Straight::follow_vibrations(double within) {
   // is along the run that followed them.
   t_.search.adopt(f->judged->effects);
   run_ = *f->judged;
+  set_aside_lacking();
   if (!judge_deformations(true)) return std::nullopt;
   const bool checked = check(*f);
   // More modes would not do in the time of a search, which would go the same way again; volumes are another way, where they can.
@@ -752,6 +770,18 @@ Straight::Verdict Straight::verdict_as_called(const Scene& scene) {
 double Straight::allowed_to_try() const {
   constexpr double least_try = 0.03, dearer_try = 3.0;
   return least_try + dearer_try * run_.results.statistics.work;
+}
+
+// CPU s for few modes in place of the next run of all coordinates, which is judged by others that cost as much again. (Slider-crank with
+// friction of finite elements at 0.1 and 1e-2: cut off by the price of that run alone, it went on to searches of 14 and 25 CPU s.)
+double Straight::allowed_for_few() const {
+  constexpr double with_judges = 2.5;
+  return std::min(with_judges * next_work(), most_for_few());
+}
+
+double Straight::most_for_few() const {
+  constexpr double runs = 3.0;
+  return std::max(few_allowance, runs * run_.results.statistics.work);
 }
 
 // Follows them for a while; where that does not keep the accuracy all is as it was before.
@@ -827,7 +857,7 @@ std::optional<Finished> Straight::try_few(const Scene& as_given, const Search& s
   few.few_ = few_at_first();
   few.tried_ = true;  // to follow vibrations
   few.begin_at_ = judged_at_;
-  few.until_ = std::min(until_, begun + within);
+  few.until_ = begun + within;
   std::optional<Finished> f;
   try {
     f = few.go(as_given);
@@ -889,7 +919,7 @@ std::optional<Finished> Straight::go(const Scene& as_given) {
       if (called == Verdict::follow) return judge_effects(true) ? follow_vibrations(unlimited) : std::nullopt;
       if (called == Verdict::rather_follow) {
         if (std::optional<Finished> f = try_following()) return f;
-        if (std::optional<Finished> f = try_few(as_given, t_.search, allowed_to_try())) return f;
+        if (std::optional<Finished> f = try_few(as_given, t_.search, few_or_try())) return f;
       }
       // A run so far from the motion calls for what its own errors look like.
       if (by_time_ == Verdict::tighter && needed_ > far_off) {
@@ -904,7 +934,7 @@ std::optional<Finished> Straight::go(const Scene& as_given) {
     }
     if (!ran) {
       // Too loose to hold the mechanism together, perhaps.
-      if (allowed_ < longest) return t_.search.smooth ? std::nullopt : try_few(as_given, search, few_allowance);
+      if (allowed_ < longest) return t_.search.smooth ? std::nullopt : try_few(as_given, search, most_for_few());
       tolerance_ *= 0.1;
       has_looser_ = false, before_ = 0.0;
       continue;
@@ -938,7 +968,7 @@ std::optional<Finished> Straight::go(const Scene& as_given) {
       // Its elements do not tell: modes do, before a search.
       const bool may_follow = t_.search.smooth && t_.search.elastic && !follows_vibrations(t_.options->method);
       if (!space.resolved && !may_follow && few_ == 0 && !std::exchange(tried_few_, true))
-        if (std::optional<Finished> f = try_few(as_given, t_.search, few_allowance)) return f;
+        if (std::optional<Finished> f = try_few(as_given, t_.search, most_for_few())) return f;
       if (!space.resolved && (tried_ || !may_follow)) return std::nullopt;
       if (!space.resolved) return try_following();
     }
@@ -946,17 +976,17 @@ std::optional<Finished> Straight::go(const Scene& as_given) {
       if (!judge_effects(true)) return std::nullopt;
       return follow_vibrations(unlimited);
     }
-    if (verdict == Verdict::lost && !t_.search.smooth) return try_few(as_given, search, few_allowance);
+    if (verdict == Verdict::lost && !t_.search.smooth) return try_few(as_given, search, most_for_few());
     if (verdict == Verdict::lost) return std::nullopt;
     // Where tighter steps of all coordinates are dear, as vibrations that nothing damps come back with them, a few modes may do for less.
     if (t_.search.touches && t_.search.elastic && few_ == 0 && !tried_few_ && next_work() > dear_step) {
       tried_few_ = true;
-      if (std::optional<Finished> f = try_few(as_given, t_.search, std::min(few_allowance, next_work()))) return f;
+      if (std::optional<Finished> f = try_few(as_given, t_.search, allowed_for_few())) return f;
     }
     // Where that does not do, tighter steps may.
     if (verdict == Verdict::rather_follow && !tried_) {
       if (std::optional<Finished> f = try_following()) return f;
-      if (std::optional<Finished> f = try_few(as_given, search, allowed_to_try())) return f;
+      if (std::optional<Finished> f = try_few(as_given, search, few_or_try())) return f;
     }
     tighten(last);
   }

@@ -48,6 +48,8 @@ struct Task {
     double worth = 0.0;
   };
   std::vector<Share> shares;
+  // What the last run lacks and no setting brings: shear of sections without shear areas.
+  std::vector<LeftOutWorth> lacking;
   std::vector<std::string> chosen;
   std::shared_ptr<std::optional<Finished>> nearest;  // the run that came nearest to the accuracy so far, of all ways
   bool straight = false;                             // no runs are spent on whether a looser one would have done

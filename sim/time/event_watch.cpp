@@ -30,8 +30,9 @@ void EventWatch::state_at(const Integrator& integrator, double t, VecX& y) const
   if (turned_.size() > 0) y += share * rest * rest * turned_ + (rest * rest * (1.0 + 2.0 * share) - rest) * missed_;
 }
 
-// The first step after an event is of first order, its interpolant a straight line or nearly so: a body that has just been left slowly would
-// seem to come back within the step, and be left again, as often as steps are short against that bend. So the slope there is made right.
+// The first step after an event is of first order, its interpolant a straight line or nearly so: a body that has just been left slowly
+// would seem to come back within the step, and be left again, as often as steps are short against that bend. So the slope there is made
+// right.
 void EventWatch::take_out_slope(System& system, const Integrator& integrator) {
   const double step = end_ - start_.t;
   VecX rates(start_y_.size()), place;
