@@ -49,7 +49,7 @@ constexpr double dear_run = 1.0;
 // at 1e-8: 2 CPU s and no end).
 constexpr double dear_step = 0.3, dearer_step = 5.0;
 // CPU s for few modes where events shift with tighter steps.
-constexpr double few_allowance = 3.0;
+constexpr double few_allowance = 8.0;
 // A looser run that takes longer than so many times the run itself has lost its way (arm with a payload: 16 CPU s, five times the run);
 // where runs take seconds it has to be the cheaper one that it should be.
 constexpr double dearer_if_looser = 1.5, cheaper_if_looser = 0.6;
@@ -146,6 +146,7 @@ class Straight {
   bool has_looser_ = false;
   bool tried_ = false;                                    // to follow vibrations
   bool tried_few_ = false;                                // modes, beside dear steps
+  double few_in_vain_ = 0.0;                              // CPU s that they had and were too few
   bool brought_ = false;                                  // what kept it from being judged
   std::set<std::pair<std::string, std::string>> pinned_;  // bodies and their effects that have been brought
   Verdict by_time_ = Verdict::kept;                       // of a run that called for more effects
@@ -850,6 +851,8 @@ bool Straight::refine_few() {
 // Few modes in place of all coordinates, by an implicit method as before: what is damped lets it take long steps in them.
 std::optional<Finished> Straight::try_few(const Scene& as_given, const Search& search, double within) {
   if (few_ > 0 || (t_.search.rings && t_.search.smooth) || !t_.search.all_in_elements()) return std::nullopt;
+  // What has come to no end within the half of it does not now.
+  if (within < 2.0 * few_in_vain_) return std::nullopt;
   const double begun = work_seconds();
   Task task = t_;
   task.search = search;
@@ -861,7 +864,9 @@ std::optional<Finished> Straight::try_few(const Scene& as_given, const Search& s
   std::optional<Finished> f;
   try {
     f = few.go(as_given);
-  } catch (const SearchSpent&) {}
+  } catch (const SearchSpent&) {
+    few_in_vain_ = within;
+  }
   if (f) t_ = std::move(task);
   else begin_at_ = few.judged_at_;
   until_ += work_seconds() - begun;
