@@ -30,6 +30,16 @@ Vec3 world_acceleration(const Model& model, Work& work, int frame) {
   return frame_world(model, work, frame).R * (A.head<3>() + w.cross(Vec3(fw.V.head<3>()))) + model.settings.gravity;
 }
 
+// A rate, or a force on it, as a scene counts it: what turns freely is in the axes of the parent, the tree has it in those of the child.
+void turn_to_parent(const TreeJoint& j, const double* q, const double* in, double* out) {
+  const int at = traits(j.kind).quaternion;
+  const Mat3 R = orientation_of(j.kind, q);
+  for (int block = 0; block <= at; block += 3) {
+    const Vec3 v = R * Vec3(in[block], in[block + 1], in[block + 2]);
+    for (int k = 0; k < 3; ++k) out[block + k] = v[k];
+  }
+}
+
 void joint_columns(const Model& model, const OutputPlan& plan, Work& work, const double* previous, double* out) {
   const bool value = plan.def.quantity == Quantity::value;
   if (plan.loop >= 0) {
@@ -58,10 +68,7 @@ void joint_columns(const Model& model, const OutputPlan& plan, Work& work, const
     if (previous) a = continue_rotation(a, Vec3(previous[at], previous[at + 1], previous[at + 2]));
     for (int k = 0; k < 3; ++k) out[at + k] = a[k];
   } else {
-    for (int block = 0; block <= at; block += 3) {
-      const Vec3 v = R * Vec3(w[block], w[block + 1], w[block + 2]);
-      for (int k = 0; k < 3; ++k) out[block + k] = v[k];
-    }
+    turn_to_parent(j, q, w, out);
   }
 }
 
@@ -265,11 +272,17 @@ void coordinate_force_columns(const Model& model, const OutputPlan& plan, Work& 
   }
   const Part& part = model.parts[plan.joint_part];
   const JointWork& at = work.joints[plan.joint_part];
-  if (plan.def.quantity == Quantity::spring_force) {
-    const VecX force = tree_spring_force(part, work);
-    for (int k = 0; k < plan.count; ++k) out[k] = force[k];
-  } else if (plan.def.quantity == Quantity::friction_force) {
-    for (int k = 0; k < plan.count; ++k) out[k] = (at.friction.size() > k ? at.friction[k] : 0.0) + holding_force(model, work, part, k);
+  // Where a motion is prescribed they have no effect, as the run warns.
+  if (part.joint.nv == 0) {
+    std::fill_n(out, plan.count, 0.0);
+  } else if (plan.def.quantity != Quantity::stop_force) {
+    VecX force = VecX::Zero(part.joint.nv);
+    if (plan.def.quantity == Quantity::spring_force) force = tree_spring_force(part, work);
+    else
+      for (int k = 0; k < plan.count; ++k) force[k] = (at.friction.size() > k ? at.friction[k] : 0.0) + holding_force(model, work, part, k);
+    if (has_orientation(part.joint.kind)) turn_to_parent(part.joint, work.q.data() + part.q0, force.data(), out);
+    else
+      for (int k = 0; k < plan.count; ++k) out[k] = force[k];
   } else {
     const double q = work.q[part.q0], w = work.w[part.v0];
     const Stop& stop = *part.joint.stop;

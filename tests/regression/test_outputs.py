@@ -575,6 +575,41 @@ def heads(folder):
     expect((folder / "many.csv").read_text().splitlines()[0].count(",v") == 201, "a results file with large attributes is read")
 
 
+def coordinate_forces(folder):
+    """Forces of springs and friction on a ball's coordinates are in the axes of its rate, the parent's; a driven joint has none."""
+    k, c, mu, press, radius, v = 4.0, 0.6, 0.3, 5.0, 0.1, 0.4
+    text = (
+        simulation(0.5, output_rate=50, gravity=[0, 0, -G], tolerance=1e-8)
+        + rigid("bob", mass=1, inertia=[0.02, 0.03, 0.04], frames={"top": [0.1, 0.2, 0.4]})
+        + rigid("cart", mass=1)
+        + joint(
+            *("ball", "spherical", "ground", "bob.top"),
+            rotation=[0.3, -0.2, 0.5],
+            initial={"value": [0.4, 0.9, -0.7], "rate": [1, -2, 3]},
+            spring={"stiffness": k, "damping": c},
+            friction={"coefficient": mu, "normal_force": press, "radius": radius, "regularised": v},
+        )
+        + joint(
+            *("rail", "prismatic", "ground", "cart"),
+            motion="0.1 + t^2",
+            spring={"stiffness": 7},
+            stop={"upper": 0.2, "stiffness": 1000},
+            friction={"coefficient": 0.1, "normal_force": 1},
+        )
+        + "".join(output(q, "ball", q) for q in ("value", "rate", "spring_force", "friction_force"))
+        + "".join(output(f"rail_{q}", "rail", f"{q}_force") for q in ("spring", "stop", "friction"))
+    )
+    h = simulate(folder, text, "coordinates")
+    for n in (0, 7, 25):
+        rate = [h[f"rate.{x}"][n] for x in "xyz"]
+        speed = math.hypot(*rate)
+        for x, w in zip("xyz", rate):
+            near(h[f"spring_force.{x}"][n], -k * h[f"value.{x}"][n] - c * w, 1e-9, f"sample {n}: the ball's spring, {x}")
+            rub = -mu * press * radius * math.tanh(speed / v) * w / speed
+            near(h[f"friction_force.{x}"][n], rub, 1e-9, f"sample {n}: the ball's friction, {x}")
+    expect(not any(h["rail_spring"] + h["rail_stop"] + h["rail_friction"]), "a driven joint's spring, stop and friction have no effect")
+
+
 with tempfile.TemporaryDirectory() as name:
     here = pathlib.Path(name)
     for test in (
@@ -591,6 +626,7 @@ with tempfile.TemporaryDirectory() as name:
         units_everywhere,
         times_with_units,
         works,
+        coordinate_forces,
         errors,
         heads,
     ):
