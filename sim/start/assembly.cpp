@@ -70,6 +70,68 @@ Freedom freedom_of(const Model& model, const Scene& scene, int cluster) {
   return out;
 }
 
+// Conditions on directions hold, too, where the child is turned over by half a turn: its axis against the parent's, or of a joint that
+// lets nothing turn its y. The first loop that is closed so; null: none.
+const LoopJoint* turned_over(const Model& model, int cluster, Work& work) {
+  for (const int l : model.clusters[cluster].loops) {
+    const LoopJoint& loop = model.loops[l];
+    const std::string_view turns = traits(loop.kind).closure->turns;
+    if (turns.size() < 4) continue;
+    const Mat3 R = frame_in_base(model, work, cluster, loop.a).R.transpose() * frame_in_base(model, work, cluster, loop.b).R;
+    const Vec3 y = axis_normals(loop.axis)[1];
+    if (loop.axis.dot(R * loop.axis) < 0.0 || (turns.size() == 6 && y.dot(R * y) < 0.0)) return &loop;
+  }
+  return nullptr;
+}
+
+// The coordinates of a joint with which B is turned as R has it in A. Kinds whose turns are no coordinates of their own keep them.
+void set_turn(const TreeJoint& joint, const Mat3& R, double* q) {
+  const auto [x, y] = axis_normals(joint.axis);
+  const auto about = [](const Vec3& u, const Vec3& v, const Vec3& turned) { return std::atan2(v.dot(turned), u.dot(turned)); };
+  if (has_orientation(joint.kind)) {
+    const Quat turn(R);
+    double* out = q + traits(joint.kind).quaternion;
+    out[0] = turn.w(), out[1] = turn.x(), out[2] = turn.y(), out[3] = turn.z();
+  } else if (joint.kind == JointKind::universal) {
+    q[0] = about(x, y, R * x);
+    q[1] = about(y, joint.axis, rotation_exp(joint.axis * -q[0]) * (R * y));
+  } else if (joint.kind == JointKind::constant_velocity) {
+    const Vec3 bend = rotation_log(shortest_turn(joint.axis, R * joint.axis));
+    q[0] = x.dot(bend), q[1] = y.dot(bend);
+  } else if (const std::string_view rates = traits(joint.kind).rates;
+             joint.pitch == 0.0 && std::count(rates.begin(), rates.end(), 'r') == 1) {
+    q[rates.find('r')] = about(x, y, R * x);
+  }
+}
+
+// Turns the massless links of loops that are turned over to where the bodies have them; these stay.
+void turn_links(const Model& model, int cluster, const std::vector<int>& columns, Work& work) {
+  const Cluster& c = model.clusters[cluster];
+  for (const int l : c.loops) {
+    const LoopJoint& loop = model.loops[l];
+    const int at = model.frames[loop.a].part;
+    if (at == ground || model.parts[at].scene_body >= 0 || model.parts[at].joint.nq == 0) continue;
+    const Part& link = model.parts[at];
+    const auto moves = [&](int k) { return std::find(columns.begin(), columns.end(), link.v0 - c.v0 + k) != columns.end(); };
+    if (!moves(0)) continue;
+    const Pose parent = frame_in_base(model, work, cluster, link.joint.inboard), child = frame_in_base(model, work, cluster, loop.b);
+    set_turn(link.joint, parent.R.transpose() * child.R, work.q.data() + link.q0);
+  }
+}
+
+// As descend; a loop that closes with a joint turned over counts as just open: only what is closed is better.
+double descend_upright(const Model& model, int cluster, const std::vector<int>& columns, Work& work) {
+  const double size = model.clusters[cluster].size;
+  const double open = descend(model, cluster, columns, work);
+  if (open > 1e-9 * size || !turned_over(model, cluster, work)) return open;
+  const VecX closed = work.q;
+  turn_links(model, cluster, columns, work);
+  const double turned = descend(model, cluster, columns, work);
+  if (turned <= 1e-9 * size && !turned_over(model, cluster, work)) return turned;
+  work.q = closed;
+  return std::max(open, 2e-9 * size);
+}
+
 // From the current coordinates; where that is a dead point (bars in line, from which no small motion brings the ends together), from
 // places around it, nearest first, and of the ways to close the loops that are found at one distance the one with the least motion;
 // of two mirror images the one with the larger distances along slides.
@@ -77,8 +139,9 @@ double assemble_positions(const Model& model, int cluster, const std::vector<int
   const Cluster& c = model.clusters[cluster];
   const VecX start = work.q;
   const double closed = 1e-9 * c.size;
-  double best = descend(model, cluster, columns, work);
-  if (best <= closed || columns.empty()) return best;
+  double best = descend_upright(model, cluster, columns, work);
+  if (best <= closed) return best;
+  if (columns.empty()) return descend(model, cluster, columns, work);
   VecX best_q = work.q;
   const auto distance = [&](const VecX& q) {
     double d = 0.0;
@@ -110,7 +173,7 @@ double assemble_positions(const Model& model, int cluster, const std::vector<int
         step[static_cast<Eigen::Index>(k)] = radius * (2.0 * (at - std::floor(at)) - 1.0) * c.size / rate_scale(model, cluster, columns[k]);
       }
       move_rates(model, c, columns, step, work);
-      const double open = descend(model, cluster, columns, work);
+      const double open = descend_upright(model, cluster, columns, work);
       const double d = distance(work.q);
       // To a thousandth the two are mirror images that differ by rounding or by which turn they took.
       const bool nearer = d < (1.0 - 1e-3) * least || (d < (1.0 + 1e-3) * least && along_slides(work.q) > along_slides(best_q));
@@ -125,7 +188,7 @@ double assemble_positions(const Model& model, int cluster, const std::vector<int
   work.q = best_q;
   update_cluster_positions(model, cluster, work);
   update_closure_residual(model, cluster, work);
-  return best;
+  return closure_row_scales(model, work, cluster).cwiseProduct(work.clusters[cluster].residual).cwiseAbs().maxCoeff();
 }
 
 // "0.5236", or "[0.1, 0.2]" of several coordinates.
@@ -375,6 +438,10 @@ void assemble(Model& model, const Scene& scene, Work& work, Notes& notes) {
       if (free.unguessed.size() < free.value.size()) assemble_positions(model, cluster, free.unguessed, work);
       // 1e-9 of the size is far above rounding and far below what anybody calls closed by construction.
       if (assemble_positions(model, cluster, free.value, work) > 1e-9 * c.size) refuse_open(model, scene, before, work, cluster);
+      if (const LoopJoint* over = turned_over(model, cluster, work))
+        notes.warn(fmt::format("joint '{}'", over->name),
+                   "its loop was closed only with the joint turned over by half a turn: the axes of its child's frame against those of its "
+                   "parent's; turn one of these frames, or give a joint of the loop an initial 'guess' near the position that is meant");
       if (const std::string moved = largest_moves(model, before, work.q, 1e-6); !moved.empty()) {
         const std::string branch = branch_text(model, c, before, work);
         notes.tell(closure_of(model, c),

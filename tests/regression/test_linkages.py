@@ -3,6 +3,7 @@ import math
 import pathlib
 
 from program import finish, history, near, run, temporary_folder
+from scene_text import joint, output, rigid, simulation
 
 
 def meet(a, ra, b, rb, side):
@@ -51,6 +52,12 @@ class Scene:
         scene.write_text(f"{self.text}[ground]\nframes = {{ {frames} }}\n{self.bodies}{self.joints}{self.outputs}")
         run("simulate", scene, "-o", folder / "r.h5", "--csv", folder / "h.csv")
         return history(folder / "h.csv")
+
+
+def started(folder, text):
+    (folder / "scene.toml").write_text(text)
+    run("simulate", folder / "scene.toml", "-o", folder / "r.h5", "--csv", folder / "h.csv")
+    return history(folder / "h.csv")
 
 
 def compare(h, frame, place, bound, what):
@@ -231,8 +238,40 @@ def stewart(folder):
     near(worst, 0.0, 1e-6, "Stewart platform, its place")
 
 
+def far_pins(folder):
+    """Loops whose last joint has coordinates of its own and starts far from zero: a four-bar with rubbing pins, links with any axes; a ball."""
+    crank, coupler, rocker, base, turn = 0.3, 0.9, 0.8, 1.0, 1.2
+    b = (crank * math.cos(turn), crank * math.sin(turn))
+    c = meet(b, coupler, (base, 0.0), rocker, 1)
+    rubbing = {"coefficient": 0.1, "normal_force": 1, "radius": 0.01}
+    for first, second in ((0.0, 0.0), (1.0, -2.0), (-1.0, 1.9), (2.9, -0.1)):
+        text = simulation(0.01, output_rate=100)
+        axes = {"ground": 0.0, "crank": turn, "coupler": first, "rocker": second}
+        for name, length, way in (
+            ("crank", crank, turn),
+            ("coupler", coupler, direction(b, c)),
+            ("rocker", rocker, direction((base, 0.0), c)),
+        ):
+            end = [length * math.cos(way - axes[name]), length * math.sin(way - axes[name]), 0]
+            text += rigid(name, mass=1, inertia=[0.1, 0.1, 0.1], frames={"end": end})
+        for parent, child, x in (("ground", "crank", 0), ("crank.end", "coupler", 0), ("ground", "rocker", base)):
+            start = axes[child] - axes[parent.split(".")[0]]
+            text += joint(child, "revolute", parent, child, position=[x, 0, 0], friction=rubbing, initial={"value": start})
+        text += joint("last", "revolute", "coupler.end", "rocker.end", friction=rubbing) + output("pin", "last", "value")
+        near(started(folder, text)["pin"][0], math.remainder(second - first, 2 * math.pi), 1e-6, f"last pin, axes at {first}, {second}")
+    # A body held by a hinge and a ball, which has a value; the ball's frame on the ground is turned by half a turn less 0.2 about x.
+    text = (
+        simulation(0.01, output_rate=100)
+        + rigid("arm", mass=1, inertia=[0.1, 0.1, 0.1], frames={"end": [0.5, 0, 0]})
+        + joint("hinge", "revolute", "ground", "arm", initial={"value": 0.0})
+        + joint("ball", "spherical", "ground", "arm.end", position=[0.5, 0, 0], rotation=[math.pi - 0.2, 0, 0])
+        + output("turn", "ball", "value")
+    )
+    near(started(folder, text)["turn.x"][0], 0.2 - math.pi, 1e-6, "a ball's turn")
+
+
 with temporary_folder() as folder:
     folder = pathlib.Path(folder)
-    for linkage in (jansen, watt, stephenson, quick_return, stewart):
+    for linkage in (jansen, watt, stephenson, quick_return, stewart, far_pins):
         linkage(folder)
 finish()
