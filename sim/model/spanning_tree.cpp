@@ -51,8 +51,8 @@ int tree_priority(const JointDef& j) {
   return p;
 }
 
-// What a loop joint cannot carry: everything that needs the joint's own coordinates. A spring on an angle or a slide, and their values,
-// follow from the relative pose.
+// What a loop joint cannot carry: everything that needs the joint's own coordinates. A spring on a slide, a damper on a pin, and values of
+// both, follow from the relative pose.
 bool needs_coordinates(const Scene& scene, const JointDef& j) {
   const JointTraits& facts = traits(j.kind);
   if (facts.split) return facts.curve || j.spring || j.friction || j.stop;
@@ -64,7 +64,8 @@ bool needs_coordinates(const Scene& scene, const JointDef& j) {
   for (const CouplingDef& c : scene.couplings)
     for (const CouplingTerm& term : c.terms)
       if (term.joint == j.name) return true;
-  if (facts.read_off) return false;
+  // A relative pose knows no whole turns, by which the spring of a pin may be wound.
+  if (facts.read_off) return j.spring && j.spring->stiffness > 0.0 && !is_length(j.kind, 0);
   if (j.spring) return true;
   for (const OutputDef& o : scene.outputs)
     if (o.of.frame.empty() && o.of.body == j.name && (o.quantity == Quantity::value || o.quantity == Quantity::rate)) return true;

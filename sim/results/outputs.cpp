@@ -44,8 +44,9 @@ void joint_columns(const Model& model, const OutputPlan& plan, Work& work, const
   const bool value = plan.def.quantity == Quantity::value;
   if (plan.loop >= 0) {
     out[0] = value ? loop_value(model, work, plan.loop) : loop_rate(model, work, plan.loop);
+    const double turned = value && plan.turns ? plan.turns->since_last(model, work) : 0.0;
     if (value && previous && !is_length(model.loops[plan.loop].kind, 0))
-      out[0] += 2.0 * std::numbers::pi * std::round((previous[0] - out[0]) / (2.0 * std::numbers::pi));
+      out[0] += 2.0 * std::numbers::pi * std::round((previous[0] + turned - out[0]) / (2.0 * std::numbers::pi));
     return;
   }
   const Part& part = model.parts[plan.joint_part];
@@ -121,6 +122,12 @@ Vec3 displacement(const Model& model, const OutputPlans& plans, const OutputPlan
   return compose(inverse(compose(work.parts[first].world, shown)), compose(work.parts[f.part].world, now)).p - plan.rest;
 }
 
+// A rotation vector that goes on from that of the sample before.
+Vec3 rotation_since(const Model& model, const OutputPlan& plan, const Work& work, const Vec3& v, const double* last) {
+  const double turned = plan.turns ? plan.turns->since_last(model, work) : 0.0;
+  return last ? continue_rotation(v, Vec3(last[0], last[1], last[2]), plan.turns ? plan.turns->axis() : Vec3(Vec3::Zero()), turned) : v;
+}
+
 // A frame's motion as seen from another, in the axes of that one: its derivatives are taken there.
 void relative_columns(const Model& model, const OutputPlan& plan, Work& work, const double* previous, double* out) {
   for (const int f : {plan.frame, plan.relative_to}) {
@@ -154,7 +161,7 @@ void relative_columns(const Model& model, const OutputPlan& plan, Work& work, co
       break;
     case Quantity::rotation:
       v = rotation_log(turn);
-      if (previous) v = continue_rotation(v, Vec3(previous[0], previous[1], previous[2]));
+      v = rotation_since(model, plan, work, v, previous);
       break;
     default:
       v = apart;
@@ -198,7 +205,7 @@ void frame_columns(const Model& model, const OutputPlans& plans, const OutputPla
       break;
     default:
       v = rotation_log(world().R);
-      if (last) v = continue_rotation(v, Vec3(last[0], last[1], last[2]));
+      v = rotation_since(model, plan, work, v, last);
   }
   for (int k = 0; k < 3; ++k) out[k] = v[k];
 }
@@ -389,14 +396,19 @@ double loop_rate(const Model& model, Work& work, int loop) {
   return pose_rate(j.kind, j.axis, rel, work.frames[j.a].V, work.frames[j.b].V);
 }
 
-Vec3 continue_rotation(const Vec3& a, const Vec3& previous) {
+Vec3 continue_rotation(const Vec3& a, const Vec3& previous, const Vec3& axis, double turned) {
   const double angle = a.norm();
-  Vec3 axis;
-  if (angle > 1e-9) axis = a / angle;
-  else if (previous.norm() > 1e-9) axis = previous.normalized();
+  Vec3 along;
+  if (angle > 1e-9) along = a / angle;
+  else if (previous.norm() > 1e-9) along = previous.normalized();
+  else if (turned != 0.0) along = axis;
   else return a;
-  const double turns = std::round((previous.dot(axis) - angle) / (2.0 * std::numbers::pi));
-  return a + 2.0 * std::numbers::pi * turns * axis;
+  double before = previous.dot(along);
+  // Rotation vectors beside the axis about which all turns go not along with it.
+  const auto beside = [&](const Vec3& v) { return v.cross(axis).norm() > 1e-6 * std::max(v.norm(), 1.0); };
+  if (turned != 0.0 && !beside(a) && !beside(previous)) before += turned * axis.dot(along);
+  const double turns = std::round((before - angle) / (2.0 * std::numbers::pi));
+  return a + 2.0 * std::numbers::pi * turns * along;
 }
 
 }  // namespace flexframe::sim

@@ -7,6 +7,7 @@
 #include "sim/dynamics/work.h"
 #include "sim/results/results.h"
 #include "sim/results/shown_frame.h"
+#include "sim/results/turn_path.h"
 #include "sim/scene/expression.h"
 #include "sim/scene/section_stress.h"
 
@@ -26,12 +27,13 @@ struct OutputPlan {
   int joint_part = -1, loop = -1;  // joint outputs
   int body = -1;                   // body outputs (scene index)
   bool system = false;
-  int first = 0, count = 1;  // columns
-  std::vector<int> loads;    // force outputs: of the model, those of one force of the scene
-  int coupling = -1;         // or of this coupling
-  int z0 = -1;               // work: among the further states
-  int block = -1;            // block outputs
-  Expression combination;    // of other columns, below, in the order of its variables
+  int first = 0, count = 1;         // columns
+  std::shared_ptr<TurnPath> turns;  // angles of loop joints and rotations: whole turns between samples, where the joints know them
+  std::vector<int> loads;           // force outputs: of the model, those of one force of the scene
+  int coupling = -1;                // or of this coupling
+  int z0 = -1;                      // work: among the further states
+  int block = -1;                   // block outputs
+  Expression combination;           // of other columns, below, in the order of its variables
   std::vector<int> reads;
   std::optional<ShownFrom> shown;  // displacements that say themselves from where they are measured
   Vec3 rest = Vec3::Zero();        // displacements: their frame's place in the undeformed body
@@ -79,7 +81,8 @@ void evaluate_outputs(const Model& model, const OutputPlans& plans, Work& work, 
 double loop_value(const Model& model, const Work& work, int loop);
 double loop_rate(const Model& model, Work& work, int loop);
 
-// The rotation vector nearest to `previous` of those that describe the same rotation as `a`.
-Vec3 continue_rotation(const Vec3& a, const Vec3& previous);
+// The rotation vector nearest to `previous` of those that describe the same rotation as `a`; nearest to what `turned` (rad) about `axis`
+// makes of it, where both lie along that.
+Vec3 continue_rotation(const Vec3& a, const Vec3& previous, const Vec3& axis = Vec3::Zero(), double turned = 0.0);
 
 }  // namespace flexframe::sim

@@ -454,6 +454,11 @@ OutputPlans plan_outputs(Model& model, const Scene& scene, bool all_shown, const
     if (plan.def.quantity == Quantity::displacement && part != ground)
       plan.rest = compose(model.parts[part].rest_in_body, rest_pose(model, plan.frame)).p;
   }
+  for (OutputPlan& plan : plans.outputs) {
+    if (plan.def.quantity == Quantity::value && plan.loop >= 0 && !is_length(model.loops[plan.loop].kind, 0))
+      plan.turns = TurnPath::find(model, model.loops[plan.loop].a, model.loops[plan.loop].b, model.loops[plan.loop].axis);
+    if (plan.def.quantity == Quantity::rotation) plan.turns = TurnPath::find(model, plan.relative_to, plan.frame);
+  }
   plans.moving = !std::all_of(plans.outputs.begin(), plans.outputs.end(), only_places);
   plans.frames = frames_read(model, plans);
   if (!plans.moving) plans.places = places_read(model, plans);

@@ -2,6 +2,7 @@
 
 #include "sim/dynamics/contacts.h"
 #include "sim/dynamics/loads.h"
+#include "sim/results/outputs.h"
 #include "sim/scene/curve.h"
 #include "sim/scene/joint_kinds.h"
 
@@ -95,6 +96,18 @@ LeftRanges::LeftRanges(const System& system) {
     w.high = too_deep * (def.radius + def.from_radius);
     watched_.push_back(w);
   }
+  for (size_t k = 0; k < model.loops.size(); ++k) {
+    const LoopJoint& loop = model.loops[k];
+    const bool asked = std::any_of(system.scene.outputs.begin(), system.scene.outputs.end(), [&](const OutputDef& o) {
+      return o.quantity == Quantity::value && o.of.frame.empty() && o.of.body == loop.name;
+    });
+    if (!asked || is_length(loop.kind, 0) || TurnPath::find(model, loop.a, loop.b, loop.axis)) continue;
+    Watched w{fmt::format("joint '{}'", loop.name),
+              "it turns by more than half a turn between samples, and its value may miss whole turns; take a larger output_rate"};
+    w.loop = static_cast<int>(k);
+    w.high = std::numbers::pi;
+    watched_.push_back(w);
+  }
 }
 
 void LeftRanges::look(System& system, double t) {
@@ -112,6 +125,8 @@ void LeftRanges::look(System& system, double t) {
       value = -reactions_.coupling[w.coupling];
     } else if (w.contact >= 0) {
       value = std::max(0.0, find_touch(model, system.work, model.contacts[w.contact]).depth);
+    } else if (w.loop >= 0) {
+      value = std::abs(loop_rate(model, system.work, w.loop)) * (t - last_);
     } else if (w.bushing >= 0) {
       w.last = followed(w.last, load_state(model, system.work, {w.bushing}).turn);
       const double q[] = {w.last.w(), w.last.x(), w.last.y(), w.last.z()};
@@ -128,6 +143,7 @@ void LeftRanges::look(System& system, double t) {
     if (!w.left) w.first = t;
     w.left = true;
   }
+  last_ = t;
 }
 
 void LeftRanges::warn(Notes& into) const {

@@ -1,5 +1,6 @@
 // What a run shows to have left the range in which its description holds: cams beyond their table, points beyond the end of their curve,
-// ropes that would have to push, springs on rotation vectors beyond half a turn, spheres pressed through each other.
+// ropes that would have to push, springs on rotation vectors beyond half a turn, spheres pressed through each other, angles whose whole
+// turns nothing counts between samples.
 #pragma once
 
 #include "sim/base/notes.h"
@@ -27,6 +28,7 @@ class LeftRanges {
     int quaternion = -1;            // the turn of these coordinates of the part, rad
     int contact = -1;               // how deep this one is, m
     int bushing = -1;               // the turn of this load's ends against each other, rad
+    int loop = -1;                  // how far this joint turns from sample to sample, rad
     Quat last{1.0, 0.0, 0.0, 0.0};  // of the bushing: where it was turned, followed beyond half a turn
     double low = 0.0, high = 0.0;
     bool left = false;
@@ -35,6 +37,7 @@ class LeftRanges {
   };
   std::vector<Watched> watched_;
   bool ropes_ = false;
+  double last_ = 0.0;  // time of the sample before, s
   Reactions reactions_;
 };
 

@@ -2,7 +2,7 @@
 import math
 import pathlib
 
-from program import finish, history, near, run, temporary_folder
+from program import expect, finish, history, near, run, temporary_folder
 from scene_text import joint, output, rigid, simulation
 
 
@@ -270,8 +270,43 @@ def far_pins(folder):
     near(started(folder, text)["turn.x"][0], 0.2 - math.pi, 1e-6, "a ball's turn")
 
 
+def many_turns(folder):
+    """A parallelogram that turns by 33 rad from sample to sample, its angles and rotation; wound springs on its pins, and its motor's moment."""
+    speed, k, wound = 100.0, 0.7, 5.0
+    spring = {"stiffness": k, "rest": wound}
+    for rate, springs in ((3, {}), (3, {"spring": spring})):
+        text = simulation(2, output_rate=rate)
+        for name, end in (("crank", [1, 0, 0]), ("coupler", [0, 1, 0]), ("rocker", [1, 0, 0])):
+            text += rigid(name, mass=1, inertia=[0.1, 0.1, 0.1], frames={"end": end})
+        text += joint("a", "revolute", "ground", "crank", motion=f"{speed}*t")
+        text += joint("b", "revolute", "crank.end", "coupler", **springs) + joint("c", "revolute", "coupler.end", "rocker.end", **springs)
+        text += joint("d", "revolute", "ground", "rocker", position=[0, 1, 0], **springs)
+        text += "".join(output(name, name, "value") for name in "abcd")
+        text += output("turn", "rocker", "rotation") + output("motor", "a", "reaction")
+        text += output("seen", "coupler", "rotation", relative_to="rocker")
+        h = started(folder, text)
+        for i, t in enumerate(h["t"]):
+            angle = speed * t
+            for name, sign in zip("abcd", (1, -1, 1, 1)):
+                near(h[name][i], sign * angle, 1e-6 * max(angle, 1), f"{len(springs)} springs, t = {t:.3g}: angle of {name}")
+            near(h["turn.z"][i], angle, 1e-6 * max(angle, 1), f"t = {t:.3g}: rotation of the rocker")
+            near(h["seen.z"][i], -angle, 1e-6 * max(angle, 1), f"t = {t:.3g}: the coupler seen from the rocker")
+            # Kinetic energy is constant: the motor works against the springs alone.
+            if springs:
+                near(h["motor.mz"][i], k * ((angle + wound) + 2 * (angle - wound)), 1e-4, f"t = {t:.3g}: the motor's moment")
+    # Through a universal joint nothing counts them: told.
+    text = simulation(0.2, output_rate=20)
+    text += rigid("first", mass=1, inertia=[0.1, 0.1, 0.1]) + rigid("second", mass=1, inertia=[0.1, 0.1, 0.1])
+    text += joint("drive", "revolute", "ground", "first", motion=f"{speed}*t")
+    text += joint("cross", "universal", "first", "second", axis=[1, 0, 0], rotation=[0.5, 0, 0])
+    text += joint("bearing", "revolute", "ground", "second", rotation=[0.5, 0, 0]) + output("out", "bearing", "value")
+    (folder / "cross.toml").write_text(text)
+    said = run("simulate", folder / "cross.toml", "--csv", folder / "h.csv").stdout
+    expect("whole turns" in said, f"a shaft behind a universal joint, few samples: {said}")
+
+
 with temporary_folder() as folder:
     folder = pathlib.Path(folder)
-    for linkage in (jansen, watt, stephenson, quick_return, stewart, far_pins):
+    for linkage in (jansen, watt, stephenson, quick_return, stewart, far_pins, many_turns):
         linkage(folder)
 finish()
