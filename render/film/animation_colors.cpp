@@ -112,13 +112,22 @@ double rounding_of(const Animation& animation, const Survey& survey) {
   }
 }
 
-// Strains are those of the mesh: without the effect axial they lack what forces along a beam lengthen it by. Told where it counts.
-void tell_of_lengthening(Animation& animation, double largest) {
+// Without the effects axial and torsion strains lack what forces along a beam lengthen it by, and torques twist it, where the results do
+// not hold it or, the strain of beams without a section, the mesh does not show it. Told where it counts.
+void tell_of_left_out_strain(Animation& animation, double largest) {
   sim::Notes notes;
   for (size_t b = 0; b < animation.bodies.size(); ++b) {
     const sim::ResultBody& body = animation.results->bodies[b];
+    if (!animation.bodies[b].visible) continue;
+    const bool by_section = animation.bodies[b].beam_strain.has_value();
+    if (by_section && body.load_strain.size() == 0) {
+      for (const std::string& effect : body.unstrained)
+        notes.warn(fmt::format("body '{}'", body.name),
+                   fmt::format("effect '{}' is off: its colours do not include strain from {}; add \"{}\" to 'effects'", effect,
+                               effect == "axial" ? "forces along it" : "torques about it", effect));
+    }
     const auto way = std::find(body.unstrained.begin(), body.unstrained.end(), "axial");
-    if (!animation.bodies[b].visible || way == body.unstrained.end()) continue;
+    if (by_section || way == body.unstrained.end()) continue;
     const std::string remedy = "add \"axial\" to 'effects'";
     if (body.load_strain.size() == 0) {
       notes.warn(fmt::format("body '{}'", body.name),
@@ -224,7 +233,7 @@ void set_colors(Animation& animation, const Survey& survey) {
                             .unit = velocity ? unit + "/s" : unit,
                             .factor = factor};
   }
-  if (by == ColorBy::strain) tell_of_lengthening(animation, largest);
+  if (by == ColorBy::strain) tell_of_left_out_strain(animation, largest);
   if (by == ColorBy::velocity)
     if (const double missed = missed_speed(animation, survey); missed > 0.01)
       animation.warnings.push_back(fmt::format(

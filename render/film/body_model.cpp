@@ -275,6 +275,23 @@ BeamStress make_beam_stress(const sim::ResultBody& body, const sim::BeamDef& bea
   return stress;
 }
 
+// The beam that has a strain at every point of its sections, or null.
+const sim::BeamDef* strained_beam(const sim::ResultBody& body, const sim::BodyDef* def) {
+  const auto* beam = def ? std::get_if<sim::BeamDef>(&def->kind) : nullptr;
+  const bool known = beam && beam->stations.empty() && !beam->axis && sim::has_stress(body.section) && body.strain_stations.size() > 1;
+  return known ? beam : nullptr;
+}
+
+// sqrt(e^2 + 3/4 g^2) of lengthening e and shear g: what the principal strains of a surface are together (interp::compute_strain). As
+// von Mises' of the normal part e and the shear part g/2, where what transverse forces shear is E/G = 2 (1 + nu) times what they bend.
+BeamStress make_beam_strain(const sim::ResultBody& body, const sim::BeamDef& beam, bool bar, const std::vector<float>& rest) {
+  BeamStress strain = make_beam_stress(body, beam, bar, rest);
+  strain.youngs_modulus = 1.0;
+  strain.shear_modulus = 0.5;
+  for (BeamStress::Vertex& v : strain.vertices) v.at.force *= 1.0 + beam.material.poisson;
+  return strain;
+}
+
 // Rings of a swept beam that is thinner than a 150th of the machine, a few pixels of a usual picture; else none.
 std::vector<std::vector<int>> spine_of(const render::Mesh& mesh, double size) {
   double across = 0.0;
@@ -522,6 +539,14 @@ void map_nodes(const sim::ResultBody& body, const BodyDrawing& drawing, const Bo
   for (std::string& warning : map_warnings) model.warnings.push_back(std::move(warning));
   if (settings.color_by == ColorBy::strain || settings.color_by == ColorBy::stress)
     model.welded = model.map ? model.map->welded : interp::weld_rows(model.view(), options);
+  if (settings.color_by == ColorBy::strain && body.kind == "beam") {
+    const sim::BeamDef* beam = strained_beam(body, drawing.def);
+    if (beam) model.beam_strain = make_beam_strain(body, *beam, look.diameter.has_value(), model.rest);
+    else
+      model.refused.emplace_back(
+          "its section's strains are not known (changing section, curved axis, shape 'general', or results without their scene): its "
+          "colours by strain are those of the drawn mesh, rough at its edges and ends, and wrong where it twists");
+  }
   if (settings.color_by == ColorBy::stress) {
     if (body.node_stress.size() > 0) model.stress = map_stress(body, model);
     else if (body.kind == "beam") set_beam_stress(body, drawing.def, look, model);
@@ -547,7 +572,9 @@ BodyModel make_body_model(const sim::ResultBody& body, const BodyDrawing& drawin
   std::string why;
   const std::optional<sim::BodySurface> known =
       settings.scheme == interp::Scheme::automatic ? known_surface(body, def, why) : std::optional<sim::BodySurface>();
-  model.mesh = mesh_of(body, drawing, look, settings.color_by == ColorBy::stress && body.strain_stations.size() > 0, index, known);
+  const bool by_section = settings.color_by == ColorBy::stress ? body.strain_stations.size() > 0
+                                                               : settings.color_by == ColorBy::strain && strained_beam(body, def);
+  model.mesh = mesh_of(body, drawing, look, by_section, index, known);
   const render::Mesh& mesh = model.mesh;
   model.warnings = mesh.warnings;
   if (!why.empty()) model.refused.push_back(why);
@@ -602,7 +629,7 @@ BodyModel make_body_model(const sim::ResultBody& body, const BodyDrawing& drawin
   // The map of an elastic body; a body whose nodes never move is drawn as a rigid one.
   // A pure twist turns the nodes on the axis and moves none; a rod that carries without stretching has stress all the same.
   const auto moves = [](const sim::MatX& values) { return values.size() > 0 && values.cwiseAbs().maxCoeff() > 0.0; };
-  const bool carries = settings.color_by == ColorBy::stress && moves(body.load_strain);
+  const bool carries = (by_section || settings.color_by == ColorBy::stress) && moves(body.load_strain);
   model.flexible = !body.nodes.empty() && (moves(body.displacement) || moves(body.rotation) || carries);
   if (!model.flexible) return model;
   map_nodes(body, drawing, look, settings, known, model);

@@ -96,7 +96,8 @@ struct BodyModel {
   std::vector<int> welded;                      // colour by strain: vertices at one place have one number
   std::optional<interp::ModeColumns>
       stress;  // colour by stress of a modal body that knows its stress modes: 6 M rows, xx yy zz xy yz xz of each vertex, Pa
-  std::optional<BeamStress> beam_stress;  // colour by stress of a beam
+  std::optional<BeamStress> beam_stress;  // colour by stress of a beam, or
+  std::optional<BeamStress> beam_strain;  // by strain: as stress whose moduli are one, see make_beam_strain; else strains are the mesh's
   std::shared_ptr<const interp::Corotated> corotated;
   std::vector<std::string> warnings;  // what was chosen or mended
   std::vector<std::string> refused;   // what was asked for and cannot be shown

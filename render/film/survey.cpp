@@ -231,7 +231,14 @@ void update_scalars(const ColoredBody& of, double t, const BodyMemory& memory, S
     update_stress(of, t, work, scalars);
   } else if (color_by == ColorBy::strain && model.flexible) {
     scalars.resize(vertices);
-    interp::compute_strain(model.view(), model.welded, memory.displacement, scalars);
+    if (model.beam_strain) {
+      const SamplePlace place = find_sample(results.times, t);
+      elastic_coordinates(body, place, work.body.q);
+      load_strains(body, place, work.body.load_strain);
+      beam_stresses(*model.beam_strain, {body, work.body.q, work.body.load_strain}, StressMeasure::von_mises, scalars);
+    } else {
+      interp::compute_strain(model.view(), model.welded, memory.displacement, scalars);
+    }
   } else if (color_by == ColorBy::mode && model.modes && settings.mode <= body.q.cols()) {
     // Displacement by one coordinate alone.
     elastic_coordinates(body, find_sample(results.times, t), work.body.q);

@@ -343,8 +343,9 @@ def stress_of(
     warned=None,
     joints=None,
     effects='["axial", "bending_xy", "bending_xz", "torsion"]',
+    by="stress",
 ):
-    """[(x, largest von Mises of the ring there)], ascending."""
+    """[(x, largest von Mises of the ring there)], ascending; by="strain": of the strains."""
     words = {
         "modal": {
             "modes": "{ axial = [1, 2, 3], bending_xy = [1, 2, 3, 4], bending_xz = [1, 2, 3, 4], torsion = [1, 2, 3] }"
@@ -372,18 +373,25 @@ def stress_of(
     rest = "duration = 4\noutput_rate = 1\n" if model == "lumped" else 'duration = 0.001\noutput_rate = 1000\nstart = "static"\n'
     if model == "lumped":
         body += "damping = { ratio = 1.0 }\n"
-    text = "[simulation]\n" + rest + body + held + load + '[render]\ncolor_by = "stress"\nscales = [1]\nframe_rate = 1\nspeed = 1\n'
+    text = (
+        "[simulation]\n"
+        + rest
+        + body
+        + held
+        + load
+        + '[render]\ncolor_by = "BY"\nscales = [1]\nframe_rate = 1\nspeed = 1\n'.replace("BY", by)
+    )
     done = run("simulate", scene(folder, text), "-o", folder / "s.h5", "--no-error-estimate", "--no-effect-check")
     done = run("export", folder / "s.h5", "--to", "vtk", "-o", folder / "vtk", "--json")
     expect(
-        (warned in done.stdout) if warned else ("stress" not in " ".join(json.loads(done.stdout)["notes"])),
+        (warned in done.stdout) if warned else (by not in " ".join(json.loads(done.stdout)["notes"])),
         f"{section}: {done.stdout}{done.stderr}",
     )
     surface = read_vtp(sorted((folder / "vtk").glob("s_*.vtp"))[-1])
-    if "stress" not in surface:
+    if by not in surface:
         return []
     rings = {}
-    for k, value in enumerate(surface["stress"]):
+    for k, value in enumerate(surface[by]):
         x = round(surface["Points"][3 * k] - surface["displacement"][3 * k], 6)
         rings[x] = max(rings.get(x, 0.0), value)
     return sorted(rings.items())
@@ -422,6 +430,32 @@ def loads_without_deformation(folder, tip):
     expect("WARNING" in told and "forces along it" in told and "simulate again" in told, f"stress that the results do not hold: {told}")
     told = run("run", plain, "-o", folder / "r", "--color-by", "stress", "--frames", "0:1", "--no-video", "--no-effect-check").stdout
     expect("WARNING" not in told, f"a run for pictures of stress: {told}")
+
+
+def strains(folder, tip):
+    """sqrt(e^2 + 3/4 g^2) at the surface: of e von Mises' stress over E, of g alone von Mises' stress over 2 G."""
+    torque = table("force", kind="torque", on="bar.tip", direction="[1, 0, 0]", value="5.0")
+    for name, (section, _) in sections.items():
+        bent = lambda x: max(bending_stress(name, 30.0 * (1 - x), 0) / E, shear_stress(name, 30.0, 0) / (2 * G))
+        for what, load, wanted, effects in (
+            ("bending", tip([0, 1, 0], 30.0), bent, None),
+            ("torsion", torque, lambda x: torsion_stress(name, 5.0) / (2 * G), None),
+            ("a pull that does not stretch it", tip([1, 0, 0], 1000.0), lambda x: 1000.0 / moments(name)[0] / E, '["bending_xy"]'),
+        ):
+            rings = stress_of(folder, section, load, by="strain", **({"effects": effects} if effects else {}))
+            expect(len(rings) > 20, f"strain of {name}, {what}: no rings")
+            largest = max(wanted(x) for x, _ in rings)
+            allowed = 0.04 if what == "torsion" and name in "iutl" else 0.02  # as of stresses
+            worst, at = max((abs(value - wanted(x)) / largest, x) for x, value in rings)
+            near(worst, 0, allowed, f"strain of {name}, {what}, furthest off at x = {at}, largest {1e6 * largest:.4g} um/m")
+    # Without an outline it is that of the bar that is drawn; said.
+    stress_of(
+        folder,
+        '{ shape = "general", area = 3e-4, iy = 2.5e-9, iz = 2.25e-8, j = 8e-9 }',
+        tip([0, 1, 0], 30.0),
+        by="strain",
+        warned="twists",
+    )
 
 
 def stresses(folder):
@@ -494,6 +528,7 @@ def stresses(folder):
             f"torque to the middle, x = {x}",
         )
     loads_without_deformation(folder, tip)
+    strains(folder, tip)
     # No outline, no stress; said.
     rings = stress_of(
         folder, '{ shape = "general", area = 3e-4, iy = 2.5e-9, iz = 2.25e-8, j = 8e-9 }', tip([0, 1, 0], 30.0), warned="general"
