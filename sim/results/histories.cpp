@@ -78,7 +78,8 @@ VecX rounding_of_outputs(const Histories& h) {
                                                   {"m/s", 1e-12 * length / duration},
                                                   {"m/s^2", 1e-12 * length / (duration * duration)},
                                                   {"N", 1e-12 * force},
-                                                  {"N m", 1e-12 * force * reach}};
+                                                  {"N m", 1e-12 * force * reach},
+                                                  {"W", 1e-12 * std::max(force * length, h.energy_scale) / duration}};
   for (Eigen::Index k = 0; k < n; ++k) {
     const std::string& unit = h.units[k];
     const auto floor = rounding.find(unit);

@@ -575,6 +575,22 @@ def heads(folder):
     expect((folder / "many.csv").read_text().splitlines()[0].count(",v") == 201, "a results file with large attributes is read")
 
 
+def workless(folder):
+    """A force on the point that a joint holds feeds the body with nothing but rounding, whose error nobody asks for."""
+    text = (
+        simulation(0.5, output_rate=20, gravity=[-7.3, -1.8, -6.2])
+        + rigid("bob", mass=0.7, inertia=[0.02, 0.021, 0.019], centre_of_mass=[-0.1, 0.11, 0.18], frames={"hook": [0.27, 0.003, -0.08]})
+        + joint("knuckle", "universal", "ground", "bob.hook", axis=[1, 1, 0], initial={"value": [-0.64, -0.23], "rate": [1, -0.4]})
+        + force("force", "bob.hook", name="press", direction=[-1.4, -0.3, 0.6], frame="body", value="3.4*cos(3.2*t + 0.2)")
+        + output("power", "press", "power")
+        + output("turn", "knuckle", "value")
+    )
+    (folder / "w.toml").write_text(text)
+    said = run("simulate", folder / "w.toml", "--csv", folder / "w.csv").stdout
+    expect("WARNING" not in said and " taken: " not in said, f"a force that does no work: {said}")
+    near(max(map(abs, history(folder / "w.csv")["power"])), 0, 1e-14, "power of a force that does no work")
+
+
 def coordinate_forces(folder):
     """Forces of springs and friction on a ball's coordinates are in the axes of its rate, the parent's; a driven joint has none."""
     k, c, mu, press, radius, v = 4.0, 0.6, 0.3, 5.0, 0.1, 0.4
@@ -627,6 +643,7 @@ with tempfile.TemporaryDirectory() as name:
         times_with_units,
         works,
         coordinate_forces,
+        workless,
         errors,
         heads,
     ):
