@@ -215,7 +215,7 @@ bool hold_idle(const Model& model, int cluster, MatX D, W& work) {
   }
   const SymmetricEigen eigen(MatX(per_metre.asDiagonal() * D * per_metre.asDiagonal()));
   const double largest = eigen.eigenvalues()[n - 1];
-  if (!(largest > 0.0) || eigen.eigenvalues()[0] < -1e-12 * largest) return false;
+  if (!(largest >= 0.0) || eigen.eigenvalues()[0] < -1e-12 * largest) return false;
   const VecX force = per_metre.cwiseProduct(cw.h);
   double size = force.cwiseAbs().maxCoeff();
   for (int i : c.parts)
@@ -231,7 +231,7 @@ bool hold_idle(const Model& model, int cluster, MatX D, W& work) {
         if (c.v0 + ind[k] >= p.v0 && c.v0 + ind[k] < p.v0 + p.joint.nv && std::abs(v[k]) > 1e-6) return false;
     }
     const VecX u = v.cwiseQuotient(per_metre);
-    D += largest * u * u.transpose();
+    D += (largest > 0.0 ? largest : 1.0) * u * u.transpose();
   }
   cw.inertia = D.diagonal();
   work.idle = cholesky(D, cw.L) && has_inertia(cw);
@@ -278,10 +278,11 @@ template <class W>
           "for second-order displacements; use model = \"mixed\" with more volumes, fewer modes (keep_modes), or leave out stiffening",
           v - p.ev0 + 1, p.name, work.time));
     }
-    throw SimulationError(fmt::format(
-        "a load acts on {}, which moves without inertia, at t = {:.6g} s: give the bodies that it moves mass or inertia, or fix the joint",
-        elastic ? fmt::format("elastic coordinate {} of body '{}'", v - p.ev0 + 1, p.name) : fmt::format("joint '{}'", p.joint.name),
-        work.time));
+    const std::string what =
+        elastic ? fmt::format("elastic coordinate {} of body '{}'", v - p.ev0 + 1, p.name) : fmt::format("joint '{}'", p.joint.name);
+    throw SimulationError(
+        fmt::format("{} without inertia, at t = {:.6g} s: give the bodies that it moves mass or inertia, or fix the joint",
+                    cw.h[k] != 0.0 ? fmt::format("a load acts on {}, which moves", what) : what + " moves", work.time));
   }
   throw SimulationError(fmt::format("the mass matrix of '{}' is singular at t = {:.6g} s", model.parts[c.parts.front()].name, work.time));
 }

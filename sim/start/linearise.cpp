@@ -583,7 +583,7 @@ void give_idle_inertia(const std::vector<Direction>& all, MatX& M) {
   const double most = inertia.eigenvalues()[n - 1];
   for (Eigen::Index k = 0; k < n && inertia.eigenvalues()[k] <= 1e-14 * most; ++k) {
     const VecX u = metres.cwiseProduct(inertia.eigenvectors().col(k));
-    M += most * u * u.transpose();
+    M += (most > 0.0 ? most : 1.0) * u * u.transpose();
   }
 }
 

@@ -1,7 +1,7 @@
 """Wrong mechanisms: each is answered by a sentence that names the culprit and says what to do; the right ones beside them run."""
 import pathlib
 
-from program import expect, finish, run, temporary_folder
+from program import expect, finish, history, near, run, temporary_folder
 from scene_text import joint
 
 HEAD = """[simulation]
@@ -221,4 +221,13 @@ with temporary_folder() as folder:
             expect(word in done.stderr, f"{name}: the message lacks '{word}': {done.stderr.strip()}")
         left = sorted(p.name for p in folder.iterdir())
         expect(left == ["mechanism.toml"], f"{name}: written: {left}")
+    # A point mass on a pin through it, the only body or beside others, keeps its rate; small motions have it as a rigid one.
+    spin = '[[body]]\nname = "dot"\nkind = "rigid"\nmass = 1\n' + joint("pin", "revolute", "ground", "dot", "initial = { rate = 3 }")
+    for name, more in (("alone", ""), ("beside a pendulum", PIVOT)):
+        scene.write_text(HEAD + spin + more + '[[output]]\nname = "turn"\nof = "pin"\nquantity = "value"\n')
+        run("simulate", scene, "--csv", folder / "h.csv", cwd=folder)
+        h = history(folder / "h.csv")
+        near(h["turn"][-1], 3 * h["t"][-1], 1e-9, f"a point mass on a pin, {name}")
+        checked = run("check", scene).stdout
+        expect("nan" not in checked and "(rigid)" in checked, f"small motions of a point mass on a pin, {name}: {checked}")
 finish()
