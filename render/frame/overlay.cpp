@@ -370,6 +370,15 @@ void draw_dimensions(Sheet& image, const Picture& picture, const ViewFrame& fram
   const glm::vec3 rim = picture.overlay.dark ? glm::vec3(0.1f) : glm::vec3(1.0f);
   const double thin = std::max(1.0, 1.2 * layout.unit), size = std::max(9.0, 14.0 * picture.overlay.text_scale * layout.unit);
   const double head = std::max(6.0, 10.0 * layout.unit);
+  // Of an inset, or of one view of several, only what lies within it.
+  const PixelRect& area = frame.area;
+  const glm::dvec4 whole(area.x, area.y, area.width, area.height);
+  const auto within_area = [&](const glm::dvec2& at) {
+    return at.x >= area.x && at.y >= area.y && at.x <= area.x + area.width && at.y <= area.y + area.height;
+  };
+  const auto clip = [&](const std::vector<glm::dvec2>& points) {
+    return std::all_of(points.begin(), points.end(), within_area) ? nullptr : &whole;
+  };
   for (const Dimension& dimension : picture.dimensions) {
     const std::vector<glm::dvec2> line = projected(frame, dimension.line);
     if (line.size() < 2) continue;
@@ -377,10 +386,10 @@ void draw_dimensions(Sheet& image, const Picture& picture, const ViewFrame& fram
     for (std::size_t k = 1; k < line.size(); ++k) length += glm::length(line[k] - line[k - 1]);
     for (const auto& helper : dimension.helpers)
       if (const std::vector<glm::dvec2> ends = projected(frame, helper); !ends.empty())
-        draw_polyline(image, ends, 0.8 * thin, {ink, 0.55f});
+        draw_polyline(image, ends, 0.8 * thin, {ink, 0.55f}, 0.0, clip(ends));
     // Seen over light and dark alike.
-    draw_polyline(image, line, 3.0 * thin, {rim, 0.6f});
-    draw_polyline(image, line, thin, ink);
+    draw_polyline(image, line, 3.0 * thin, {rim, 0.6f}, 0.0, clip(line));
+    draw_polyline(image, line, thin, ink, 0.0, clip(line));
     if (length > 2.5 * head) {
       // An arc's heads lie along chords as long as they are.
       const auto inner = [&](bool first) {
@@ -392,10 +401,11 @@ void draw_dimensions(Sheet& image, const Picture& picture, const ViewFrame& fram
         }
         return line[line.size() / 2];
       };
-      draw_head(image, line.front(), inner(true), head, ink);
-      draw_head(image, line.back(), inner(false), head, ink);
+      if (within_area(line.front())) draw_head(image, line.front(), inner(true), head, ink);
+      if (within_area(line.back())) draw_head(image, line.back(), inner(false), head, ink);
     } else {
-      for (const glm::dvec2& end : {line.front(), line.back()}) fill_disc(image, end.x, end.y, 1.8 * thin, ink);
+      for (const glm::dvec2& end : {line.front(), line.back()})
+        if (within_area(end)) fill_disc(image, end.x, end.y, 1.8 * thin, ink);
     }
     if (dimension.text.empty()) continue;
 

@@ -154,8 +154,9 @@ void blend_cover(Image& image, const LineCover& cover, const glm::vec3& color, f
   }
 }
 
-void draw_polyline(Image& image, std::span<const glm::dvec2> points, double width, const Paint& paint, double dash) {
-  blend_cover(image, cover_polyline(image.width, image.height, points, width, dash), paint.color, paint.opacity, image.width);
+void draw_polyline(Image& image, std::span<const glm::dvec2> points, double width, const Paint& paint, double dash,
+                   const glm::dvec4* clip) {
+  blend_cover(image, cover_polyline(image.width, image.height, points, width, dash, clip), paint.color, paint.opacity, image.width);
 }
 
 void fill_disc(Image& image, double x, double y, double radius, const glm::vec3& color, float opacity) {

@@ -34,8 +34,9 @@ void fill_rectangle(Image& image, const Box& box, const Paint& paint, double cor
 void draw_frame(Image& image, const Box& box, double line, const Paint& paint);
 
 // Round joins and ends; segments of one polyline do not darken each other. Points that are not finite interrupt it.
-// dash: length of dashes and gaps in pixels, 0: solid.
-void draw_polyline(Image& image, std::span<const glm::dvec2> points, double width, const Paint& paint, double dash = 0.0);
+// dash: length of dashes and gaps in pixels, 0: solid. clip: x, y, width, height, null: the image.
+void draw_polyline(Image& image, std::span<const glm::dvec2> points, double width, const Paint& paint, double dash = 0.0,
+                   const glm::dvec4* clip = nullptr);
 
 // Share of each pixel that a polyline covers: computed once, it may be drawn often. clip: x, y, width, height, null: the image.
 struct LineCover {

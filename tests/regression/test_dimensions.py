@@ -107,6 +107,23 @@ def check(folder):
                 expect(np.abs(end - wanted_end).max() < 0.02, f"picture {k}: the arc ends on its sides")
 
 
+def magnified(folder):
+    """In an inset the lines end at its frame: none leaves the picture but what is clipped."""
+    scene = SCENE.replace("ground = false\n", 'ground = false\ninsets = [{ at = "rod.tip", zoom = 6 }]\n')
+    (folder / "inset.toml").write_text(scene)
+    run("render", folder / "out/results.h5", "--scene", folder / "inset.toml", "-o", folder / "inset", "--no-video", "--frames", "0:3")
+    for k in range(3):
+        root = xml.etree.ElementTree.fromstring((folder / f"inset/vector/frame_{k:05d}.svg").read_text(encoding="utf-8"))
+        clipped = {path for frame in root.iter(NAME + "svg") if frame is not root for path in frame.iter(NAME + "path")}
+        leaving = []
+        for path in root.iter(NAME + "path"):
+            points = np.array(re.findall(r"-?[\d.]+", path.get("d")), float).reshape(-1, 2)
+            if points.min() < 0 or points[:, 0].max() > 640 or points[:, 1].max() > 480:
+                leaving.append(path)
+        expect(leaving, f"inset of picture {k}: nothing of the dimensions is as large as the inset shows it")
+        expect(clipped.issuperset(leaving), f"inset of picture {k}: {len(leaving)} lines leave the picture")
+
+
 def refused(folder):
     """Wrong dimensions: the line and what is allowed."""
     for text, told in [
@@ -161,7 +178,7 @@ with temporary_folder() as name:
     folder = pathlib.Path(name)
     (folder / "scene.toml").write_text(SCENE)
     run("run", folder / "scene.toml", "-o", folder / "out", "--no-video", "--no-error-estimate", "--no-effect-check")
-    for part in (check, refused, camera):
+    for part in (check, magnified, refused, camera):
         print(f"== {part.__name__}", flush=True)
         part(folder)
 finish()
