@@ -191,6 +191,19 @@ double assemble_positions(const Model& model, int cluster, const std::vector<int
   return closure_row_scales(model, work, cluster).cwiseProduct(work.clusters[cluster].residual).cwiseAbs().maxCoeff();
 }
 
+// Angles that the scene leaves open are those within half a turn: the search may have gone round the other way. A coupling counts turns.
+void take_least_turns(const Model& model, const Scene& scene, const Cluster& c, Work& work) {
+  if (!c.couplings.empty()) return;
+  for (const int i : c.parts) {
+    const Part& p = model.parts[i];
+    if (p.joint.scene_joint < 0 || p.joint.nq == 0 || p.joint.pitch != 0.0 || has_orientation(p.joint.kind)) continue;
+    const JointDef& def = scene.joints[p.joint.scene_joint];
+    if (def.initial.value || def.initial.guess || p.joint.kind == JointKind::constant_velocity || p.joint.curve) continue;
+    for (int k = 0; k < p.joint.nq; ++k)
+      if (!is_length(p.joint.kind, k)) work.q[p.q0 + k] -= 2.0 * std::numbers::pi * std::round(work.q[p.q0 + k] / (2.0 * std::numbers::pi));
+  }
+}
+
 // "0.5236", or "[0.1, 0.2]" of several coordinates.
 std::string values_text(const double* q, int count) {
   std::string text;
@@ -438,6 +451,7 @@ void assemble(Model& model, const Scene& scene, Work& work, Notes& notes) {
       if (free.unguessed.size() < free.value.size()) assemble_positions(model, cluster, free.unguessed, work);
       // 1e-9 of the size is far above rounding and far below what anybody calls closed by construction.
       if (assemble_positions(model, cluster, free.value, work) > 1e-9 * c.size) refuse_open(model, scene, before, work, cluster);
+      take_least_turns(model, scene, c, work);
       if (const LoopJoint* over = turned_over(model, cluster, work))
         notes.warn(fmt::format("joint '{}'", over->name),
                    "its loop was closed only with the joint turned over by half a turn: the axes of its child's frame against those of its "

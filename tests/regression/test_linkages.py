@@ -259,6 +259,18 @@ def far_pins(folder):
             text += joint(child, "revolute", parent, child, position=[x, 0, 0], friction=rubbing, initial={"value": start})
         text += joint("last", "revolute", "coupler.end", "rocker.end", friction=rubbing) + output("pin", "last", "value")
         near(started(folder, text)["pin"][0], math.remainder(second - first, 2 * math.pi), 1e-6, f"last pin, axes at {first}, {second}")
+    # Angles that are left open lie within half a turn, whichever way round the search for them went.
+    start = rigid("a", mass=1, inertia=[0.1, 0.1, 0.1], frames={"end": [-0.5, 0.6, 0]})
+    for at in range(12):
+        way = 0.5236 * at
+        text = simulation(0.01, output_rate=100) + start
+        text += rigid("b", mass=1, inertia=[0.1, 0.1, 0.1], frames={"end": [0.8 * math.cos(way), 0.8 * math.sin(way), 0]})
+        text += rigid("c", mass=1, inertia=[0.1, 0.1, 0.1], frames={"end": [0.9, 0, 0]})
+        text += joint("p", "revolute", "ground", "a", initial={"value": 1.6}) + joint("q", "revolute", "a.end", "b")
+        text += joint("r", "revolute", "b.end", "c.end") + joint("s", "revolute", "ground", "c", position=[1, -0.2, 0])
+        text += "".join(output(f"{name}v", name, "value") for name in "qrs")
+        h = started(folder, text)
+        expect(all(abs(h[f"{name}v"][0]) <= math.pi + 1e-9 for name in "qrs"), f"open angles, {way}: {[h[f'{n}v'][0] for n in 'qrs']}")
     # A body held by a hinge and a ball, which has a value; the ball's frame on the ground is turned by half a turn less 0.2 about x.
     text = (
         simulation(0.01, output_rate=100)
