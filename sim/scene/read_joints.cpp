@@ -491,7 +491,7 @@ void read_cable(const TableReader& reader, const Scene& scene, ForceDef& force) 
   if (force.spring.stiffness == 0.0) reader.fail("stiffness", "must be greater than 0");
   if (force.rest.empty() && !(force.spring.rest > 0.0))
     reader.fail("rest", fmt::format("is the cable's length without load and must be greater than 0, found {}", force.spring.rest));
-  if (reader.has("through")) force.through = read_frame_refs(reader, "through", scene, 1);
+  if (reader.has("through")) force.through = read_frame_refs(reader, "through", scene, 0);
   const std::string rest = force.rest.empty() ? fmt::format("{}", force.spring.rest) : "(" + force.rest + ")";
   const std::string pull = fmt::format("{}*(length - {})", force.spring.stiffness, rest);
   force.value = force.spring.damping == 0.0 ? fmt::format("max(0, {})", pull)
@@ -571,7 +571,8 @@ ForceDef read_force(TableReader& reader, const Scene& scene) {
   }
   if (force.kind == ForceKind::spring_damper || force.kind == ForceKind::bushing) {
     if (reader.has("from")) force.from = read_frame_ref(reader, "from", scene);
-    if (force.from.body == force.on.body && !reader.has("through"))
+    const bool passes = reader.has("through") && !read_frame_refs(reader, "through", scene, 0).empty();
+    if (force.from.body == force.on.body && !passes)
       reader.fail(reader.has("from") ? "from" : "on", fmt::format("is on the same body as 'on', {}", quote(force.on.body)));
     if (force.cable) {
       read_cable(reader, scene, force);

@@ -179,7 +179,7 @@ def cables(folder):
             cable = (
                 f'[[force]]\nname = "cable"\nkind = "cable"\non = "jumper"\nstiffness = {k}\nrest = {l0 + 0.7 * over}\ndamping = {damped}\n'
             )
-            cable += 'from = "ground.hook"\nthrough = ["ground.pulley"]\n' if over else 'from = "ground.pulley"\n'
+            cable += 'from = "ground.hook"\nthrough = ["ground.pulley"]\n' if over else 'from = "ground.pulley"\nthrough = []\n'
             text = "[ground]\nframes = { hook = [0.7, 0, 0], pulley = [0, 0, 0] }\n" + rigid("jumper", m)
             text += joint("fall", "prismatic", "ground", "jumper", "axis = [0, -1, 0]\ninitial = { value = 0.5 }")
             outs = output("fall") + output("pull", "cable", "force") + output("length", "cable", "length") + energy
