@@ -3,6 +3,7 @@
 
 #include "sim/reduce/dense_products.h"
 #include "sim/reduce/fe_elements.h"
+#include "sim/reduce/fe_turning_mass.h"
 
 #include <array>
 #include <unordered_map>
@@ -12,7 +13,7 @@ namespace {
 
 constexpr int tensor_row[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
 
-// e_a x u at the nodes' translations; rotations have no second order here.
+// e_a x u at the nodes' translations; what rotations add is in fe_turning_mass.
 MatX crossed(const FeSystem& system, int a, const MatX& U) {
   MatX out = MatX::Zero(U.rows(), U.cols());
   const int b = (a + 1) % 3, c = (a + 2) % 3;
@@ -67,6 +68,7 @@ LinearMass linear_mass(const FeModel& model, const FeSystem& system, const MatX&
     const MatX turned = product_tn(MR, crossed(system, b, U));
     for (int a = 0; a < 3; ++a) out.J.row(tensor_row[a][b]) += (a == b ? 2.0 : 1.0) * turned.row(3 + a);
   }
+  out.J += turned_inertia(model, system, turning_masses(model, system), U);
   return out;
 }
 
@@ -79,10 +81,11 @@ MatX linear_mass_loads(const FeModel& model, const FeSystem& system) {
     const MatX turned = crossed(system, b, MR.rightCols(3));
     for (int a = 0; a < 3; ++a) out.col(6 + tensor_row[a][b]) -= (a == b ? 2.0 : 1.0) * turned.col(a);
   }
+  add_turning_loads(model, system, turning_masses(model, system), out.rightCols(6));
   return out;
 }
 
-QuadraticMass quadratic_mass(const FeModel&, const FeSystem& system, const MatX& U) {
+QuadraticMass quadratic_mass(const FeModel& model, const FeSystem& system, const MatX& U) {
   QuadraticMass out;
   const MatX MU = symmetric_product(system.M, U);
   std::array<MatX, 3> E, ME;
@@ -97,6 +100,12 @@ QuadraticMass quadratic_mass(const FeModel&, const FeSystem& system, const MatX&
       const MatX G = product_tn(E[a], ME[b]);
       out.J2[tensor_row[a][b]] = G + G.transpose();
     }
+  const std::vector<TurningMass> masses = turning_masses(model, system);
+  if (masses.empty()) return out;
+  TurnedMass turned = turned_mass(model, system, masses, U);
+  out.md2 = std::move(turned.md);
+  for (int a = 0; a < 3; ++a) out.Cr1[a] += turned.Cr[a];
+  for (int r = 0; r < 6; ++r) out.J2[r] += turned.J[r];
   return out;
 }
 

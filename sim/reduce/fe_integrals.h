@@ -22,8 +22,10 @@ struct LinearMass {
 LinearMass linear_mass(const FeModel& model, const FeSystem& system, const MatX& U);
 
 // Second order in the fields: J2 (xx yy zz xy xz yz) of int 2 (u_j . u_k) 1 - u_j u_k^T - u_k u_j^T dm, and Cr1[a](j, k) = int (u_k x
-// u_j)_a dm.
+// u_j)_a dm; what turns with a node (fe_turning_mass) besides, whose mass moves in second order where it lies beside the node (md2, else
+// empty).
 struct QuadraticMass {
+  std::array<MatX, 3> md2;
   std::array<MatX, 6> J2;
   std::array<MatX, 3> Cr1;
 };
