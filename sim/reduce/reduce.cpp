@@ -647,7 +647,7 @@ class Reducer {
     };
     // Mean axes keep the first moment and the angular momentum free of elastic coordinates, in second order too; but for ends of arms,
     // which move beside the solutions.
-    for (int a = 0; a < 3 && !(mean_axes && (reduced.arms.empty() || arms_weigh_nothing(second, nodes))); ++a) {
+    for (int a = 0; a < 3 && !(mean_axes && reduced.arms.empty()); ++a) {
       body.md2[a] = body.md2[a].size() > 0 ? MatX(body.md2[a] + row(a)) : row(a);
       body.Cr1[a] += row(3 + a);
     }
@@ -655,15 +655,6 @@ class Reducer {
     for (int i = 0; i < nodes; ++i)
       for (int a = 0; a < 3; ++a) body.nodes[i].phi2[a] = row(12 + 3 * i + a);
     lap("stiffening");
-  }
-
-  // Whether the middle of the mass moves, and turns, less than a ten thousandth of what the kept nodes do in second order.
-  bool arms_weigh_nothing(const MatX& second, int nodes) const {
-    constexpr double share = 1e-4;
-    const double moved = out.body.mass * second.bottomRows(3 * Eigen::Index{nodes}).cwiseAbs().maxCoeff(),
-                 size = std::sqrt(out.body.J0.head<3>().sum() / out.body.mass);
-    return second.topRows(3).cwiseAbs().maxCoeff() <= share * moved &&
-           second.middleRows(3, 3).cwiseAbs().maxCoeff() <= share * moved * size;
   }
 
   void add_stress(const MatX& U) {
