@@ -111,6 +111,7 @@ void InpLines::read_file(const std::filesystem::path& path, int depth) {
   while (std::getline(in, line)) {
     ++at.line;
     const std::string_view text = inp_trim(line);
+    if (text.empty()) blank();
     if (text.empty() || text.starts_with("**")) continue;
     if (text.front() != '*') {
       guarded(false, [&] { data(text); });
@@ -122,8 +123,7 @@ void InpLines::read_file(const std::filesystem::path& path, int depth) {
     if (k.name != "INCLUDE") guarded(true, [&] { keyword(k); });
     std::string target = k.get("INPUT");
     if (k.name == "INCLUDE" && target.empty()) fail("*INCLUDE needs INPUT=...");
-    if (target.empty() || (k.name != "INCLUDE" && k.name != "NODE" && k.name != "ELEMENT" && k.name != "NSET" && k.name != "ELSET"))
-      continue;
+    if (target.empty() || (k.name != "INCLUDE" && passed_over())) continue;
     std::replace(target.begin(), target.end(), '\\', '/');
     const InpPlace here = at;
     guarded(true, [&] { read_file(path.parent_path() / target, depth + 1); });

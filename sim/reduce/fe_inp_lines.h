@@ -55,6 +55,8 @@ class InpLines {
  protected:
   virtual void keyword(const InpKeyword& k) = 0;
   virtual void data(std::string_view text) = 0;
+  virtual void blank() {}                  // a line without anything
+  virtual bool passed_over() const = 0;    // the present keyword: its data may stay unread
   virtual void finish_keyword() = 0;       // before the next keyword and at the end
   virtual void abandon(bool keyword) = 0;  // what was begun when a line of data, or a keyword, was at fault
 

@@ -36,6 +36,11 @@ void InpResolver::add_node_set(int space, const std::string& name, std::set<int>
       if (node < 0) throw InputError(fmt::format("{}: node set '{}' has node {}, which is not there", model.file, name, id));
       out.insert(node);
     }
+    for (const std::string& of : m.elements_of) {
+      const auto elements = element_set(whose, of);
+      if (!elements) throw InputError(fmt::format("{}: node set '{}': element set '{}' is not there", model.file, name, of));
+      for (int node : nodes_of(*elements)) out.insert(node);
+    }
     for (const std::string& other : m.names) {
       if (const int node = dotted_node(other); node >= 0) {
         out.insert(node);

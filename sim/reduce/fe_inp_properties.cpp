@@ -206,7 +206,7 @@ void InpTableReader::read_section() {
     if (lines == 0) {
       for (std::string_view part : f) made.numbers.push_back(part.empty() ? 0.0 : real(part, "section"));
     } else if (lines == 1) {
-      if (f.size() >= 3) made.n1 = Vec3(value(0, "n1", 0), value(1, "n1", 0), value(2, "n1", 0));
+      made.n1 = Vec3(value(0, "n1", 0), value(1, "n1", 0), value(2, "n1", 0));
     } else if (lines == 2 && made.own_constants) {
       made.young = value(0, "Young's modulus", 0.0) * units.stress();
       made.shear = value(1, "shear modulus", 0.0) * units.stress();
@@ -271,7 +271,16 @@ void InpTableReader::read_orientation() {
   if (lines == 0) {
     if (!f.empty() && !f[0].empty() && std::isalpha(static_cast<unsigned char>(f[0][0])))
       return refuse("*ORIENTATION from a distribution cannot be read; give one of directions");
-    return read_axes(axes);
+    read_axes(axes);
+    // A third point, from which the two are seen.
+    if (f.size() > 6 && !axes.cylindrical) {
+      const Vec3 origin = Vec3(value(6, "coordinate", 0.0), value(7, "coordinate", 0.0), value(8, "coordinate", 0.0)) * units.length;
+      axes.a -= origin;
+      axes.b -= origin;
+      Mat3 test;
+      if (!axes.at(Vec3::Zero(), test)) fail("*ORIENTATION: the three points give no directions");
+    }
+    return;
   }
   if (lines == 1 && !f.empty()) {
     axes.about = integer(f[0], "axis");

@@ -35,6 +35,11 @@ class InpTableReader : public InpLines {
   void keyword(const InpKeyword& given) override;
   void data(std::string_view text) override;
   void finish_keyword() override;
+  // Lines count where one that is blank stands for what it could say.
+  void blank() override {
+    if (k.name == "BEAM GENERAL SECTION" && lines > 0) ++lines;
+  }
+  bool passed_over() const override { return skip; }
   void abandon(bool keyword) override {
     pending.clear();
     terms.clear();
@@ -91,6 +96,8 @@ class InpTableReader : public InpLines {
   void begin_section();
   bool tie_word();
   void other_word();
+  // Parameters of a keyword that is read, which nobody here knows: a warning.
+  void tell_unknown_parameters();
 
   // Lines of data.
   void read_data();

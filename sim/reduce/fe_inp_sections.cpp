@@ -208,7 +208,12 @@ void InpResolver::add_thickness(int space) {
 void InpResolver::add_masses(int space) {
   for (const InpValue& v : scope(space).masses)
     complaints.guarded([&] {
-      for (int e : elements_named(space, v.set, v.place, "*MASS")) model.elements[e].thickness = v.numbers.empty() ? 0.0 : v.numbers[0];
+      for (int e : elements_named(space, v.set, v.place, "*MASS")) {
+        FeElement& element = model.elements[e];
+        if (element.shape != FeShape::point_mass)
+          fail(v.place, fmt::format("*MASS for element {}, a {}", element.id, fe_name(element.shape)));
+        element.thickness = v.numbers.empty() ? 0.0 : v.numbers[0];
+      }
     });
   for (const InpValue& v : scope(space).rotaries)
     complaints.guarded([&] {

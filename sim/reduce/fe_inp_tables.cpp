@@ -123,28 +123,60 @@ bool beyond_linear(const std::string& k) {
   return words.contains(k);
 }
 
+// What keywords that are read may say, without blanks; what changes a linear body is read or refused where the keyword is.
+const std::map<std::string, std::set<std::string>>& known_parameters() {
+  static const std::map<std::string, std::set<std::string>> words = {
+      {"NODE", {"NSET", "SYSTEM"}},
+      {"ELEMENT", {"TYPE", "ELSET", "SOLIDELEMENTNUMBERING"}},
+      {"NSET", {"NSET", "GENERATE", "INSTANCE", "INTERNAL", "UNSORTED", "ELSET"}},
+      {"ELSET", {"ELSET", "GENERATE", "INSTANCE", "INTERNAL", "UNSORTED"}},
+      {"SURFACE", {"NAME", "TYPE", "INTERNAL", "TRIM", "MAXRATIO", "DEFINITION"}},
+      {"NGEN", {"NSET", "LINE"}},
+      {"NFILL", {"NSET"}},
+      {"ELGEN", {"ELSET"}},
+      {"SYSTEM", {}},
+      {"PART", {"NAME"}},
+      {"INSTANCE", {"NAME", "PART"}},
+      {"MATERIAL", {"NAME", "DESCRIPTION", "RTOL", "SRATEFACTOR", "STRAINRATEREGULARIZATION"}},
+      {"ELASTIC", {"TYPE", "DEPENDENCIES", "MODULI"}},
+      {"DENSITY", {"DEPENDENCIES"}},
+      {"ORIENTATION", {"NAME", "SYSTEM", "DEFINITION"}},
+      {"SOLID SECTION", {"ELSET", "MATERIAL", "ORIENTATION", "CONTROLS"}},
+      {"SHELL SECTION",
+       {"ELSET", "MATERIAL", "ORIENTATION", "OFFSET", "COMPOSITE", "SYMMETRIC", "NODALTHICKNESS", "SECTIONINTEGRATION", "POISSON",
+        "CONTROLS", "THICKNESSMODULUS", "TEMPERATURE", "LAYUP"}},
+      {"SHELL GENERAL SECTION",
+       {"ELSET", "MATERIAL", "ORIENTATION", "OFFSET", "COMPOSITE", "SYMMETRIC", "NODALTHICKNESS", "POISSON", "CONTROLS", "THICKNESSMODULUS",
+        "LAYUP"}},
+      {"BEAM SECTION",
+       {"ELSET", "MATERIAL", "SECTION", "ORIENTATION", "TEMPERATURE", "POISSON", "OFFSET1", "OFFSET2", "NODALTHICKNESS", "LUMPED",
+        "ROTARYINERTIA", "CONTROLS"}},
+      {"BEAM GENERAL SECTION",
+       {"ELSET", "SECTION", "DENSITY", "POISSON", "ZERO", "LUMPED", "ROTARYINERTIA", "OFFSET1", "OFFSET2", "DEPENDENCIES"}},
+      {"NODAL THICKNESS", {}},
+      {"MASS", {"ELSET", "ALPHA", "COMPOSITE", "TYPE"}},
+      {"ROTARY INERTIA", {"ELSET", "ORIENTATION", "ALPHA", "COMPOSITE"}},
+      {"SPRING", {"ELSET", "ORIENTATION", "DEPENDENCIES", "RTOL"}},
+      {"NONSTRUCTURAL MASS", {"ELSET", "UNITS"}},
+      {"RIGID BODY", {"NSET", "ELSET", "TIENSET", "PINNSET", "REFNODE", "ROTNODE", "ISOTHERMAL"}},
+      {"COUPLING", {"CONSTRAINTNAME", "SURFACE", "REFNODE", "ORIENTATION", "INFLUENCERADIUS"}},
+      {"KINEMATIC", {}},
+      {"DISTRIBUTING", {"COUPLING"}},
+      {"KINEMATIC COUPLING", {"REFNODE", "ORIENTATION"}},
+      {"DISTRIBUTING COUPLING", {"ELSET"}},
+      {"TIE", {"NAME", "ADJUST", "POSITIONTOLERANCE", "TYPE", "NOROTATION", "CONSTRAINTRATIO"}},
+      {"TRANSFORM", {"NSET", "TYPE"}},
+      {"EQUATION", {}},
+      {"MPC", {}},
+      {"BOUNDARY", {"AMPLITUDE", "OP", "TYPE", "LOADCASE", "FIXED", "REGIONTYPE", "TIMEDELAY"}}};
+  return words;
+}
+
 bool harmless(const std::string& k) {
-  static const std::set<std::string> words = {"HEADING",
-                                              "PREPRINT",
-                                              "RESTART",
-                                              "NODE PRINT",
-                                              "NODE FILE",
-                                              "NODE OUTPUT",
-                                              "EL FILE",
-                                              "EL PRINT",
-                                              "ELEMENT OUTPUT",
-                                              "OUTPUT",
-                                              "AMPLITUDE",
-                                              "EXPANSION",
-                                              "CONDUCTIVITY",
-                                              "SPECIFIC HEAT",
-                                              "PHYSICAL CONSTANTS",
-                                              "END STEP",
-                                              "DASHPOT",
-                                              "FRICTION",
-                                              "TIME POINTS",
-                                              "TRANSVERSE SHEAR STIFFNESS",
-                                              "HOURGLASS STIFFNESS"};
+  static const std::set<std::string> words = {"HEADING",     "PREPRINT",  "RESTART",      "NODE PRINT",     "NODE FILE",
+                                              "NODE OUTPUT", "EL FILE",   "EL PRINT",     "ELEMENT OUTPUT", "OUTPUT",
+                                              "AMPLITUDE",   "EXPANSION", "CONDUCTIVITY", "SPECIFIC HEAT",  "PHYSICAL CONSTANTS",
+                                              "END STEP",    "DASHPOT",   "FRICTION",     "TIME POINTS",    "HOURGLASS STIFFNESS"};
   return words.contains(k);
 }
 
@@ -156,8 +188,18 @@ void InpTableReader::keyword(const InpKeyword& given) {
   lines = 0;
   numbers.clear();
   skip = false;
-  if (step > 0) return in_step();
-  if (!structure() && !set_word() && !material_word() && !section_word() && !tie_word()) other_word();
+  if (step > 0) in_step();
+  else if (!structure() && !set_word() && !material_word() && !section_word() && !tie_word()) other_word();
+  if (!skip) tell_unknown_parameters();
+}
+
+void InpTableReader::tell_unknown_parameters() {
+  const auto known = known_parameters().find(k.name);
+  if (known == known_parameters().end()) return;
+  for (const auto& [key, value] : k.parameters)
+    if (!known->second.contains(key) && key != "INPUT" && told.insert("*" + k.name + ", " + key).second)
+      deck.warnings.push_back(
+          fmt::format("{}: *{}, {} is not known and passed over: what it says is not in the body", where(at), k.name, key));
 }
 
 void InpTableReader::data(std::string_view text) {
@@ -176,6 +218,12 @@ void InpTableReader::finish_keyword() {
     fail(text);
   }
   if (k.name == "ELASTIC" && !skip && step == 0) finish_elastic();
+  if (k.name.starts_with("SHELL") && k.has("SYMMETRIC") && !skip && step == 0 && !s().sections.empty()) {
+    // Given are the layers up to the middle.
+    std::vector<InpLayer>& layers = s().sections.back().layers;
+    const std::vector<InpLayer> half(layers.rbegin(), layers.rend());
+    layers.insert(layers.end(), half.begin(), half.end());
+  }
   if (k.name == "EQUATION" && !terms.empty()) fail(fmt::format("*EQUATION: {} of {} terms", terms.size() / 3, wanted));
   k = {};
 }
@@ -270,8 +318,10 @@ void InpTableReader::begin_element() {
 
 bool InpTableReader::set_word() {
   const std::string& w = k.name;
-  if (w == "NSET") s().node_sets[inp_upper(need("NSET"))];
-  else if (w == "ELSET") s().element_sets[inp_upper(need("ELSET"))];
+  if (w == "NSET") {
+    InpSet& set = s().node_sets[inp_upper(need("NSET"))];
+    if (k.has("ELSET")) set.emplace_back().elements_of.push_back(up("ELSET"));
+  } else if (w == "ELSET") s().element_sets[inp_upper(need("ELSET"))];
   else if (w == "SURFACE") {
     const std::string kind = up("TYPE");
     if (!kind.empty() && kind != "NODE" && kind != "ELEMENT") {
@@ -327,6 +377,8 @@ bool InpTableReader::material_word() {
     axes.cylindrical = system.starts_with("C");
     if (!system.empty() && !axes.cylindrical && !system.starts_with("R"))
       return refuse(fmt::format("*ORIENTATION, SYSTEM={}: RECTANGULAR or CYLINDRICAL can be read", system)), true;
+    if (const std::string by = up("DEFINITION"); !by.empty() && by != "COORDINATES")
+      return refuse(fmt::format("*ORIENTATION, DEFINITION={}: COORDINATES can be read", by)), true;
     s().orientations[inp_upper(need("NAME"))] = axes;
   } else {
     return false;
@@ -351,6 +403,8 @@ bool InpTableReader::section_word() {
     v.place = at;
     if (w == "SPRING" && k.has("NONLINEAR"))
       return refuse("*SPRING, NONLINEAR: a linear body has linear springs; put it into the scene"), true;
+    if (w == "MASS" && !up("TYPE").empty() && !up("TYPE").starts_with("ISO"))
+      return refuse(fmt::format("*MASS, TYPE={}: one mass for all directions can be read", up("TYPE"))), true;
     (w == "MASS" ? s().masses : w == "SPRING" ? s().springs : w == "ROTARY INERTIA" ? s().rotaries : s().added_masses).push_back(v);
   } else {
     return false;
@@ -390,18 +444,31 @@ bool InpTableReader::tie_word() {
   InpTie tie;
   tie.place = at;
   if (w == "RIGID BODY") {
-    tie.set = inp_upper(k.has("NSET") ? k.get("NSET") : k.has("TIENSET") ? k.get("TIENSET") : k.get("PINNSET"));
+    const std::string pins = up("PINNSET");
+    tie.set = inp_upper(k.has("NSET") ? k.get("NSET") : k.get("TIENSET"));
     tie.element_set = up("ELSET");
-    if (tie.set.empty() && tie.element_set.empty()) fail("*RIGID BODY needs NSET=... or ELSET=...");
+    if (tie.set.empty() && tie.element_set.empty() && pins.empty()) fail("*RIGID BODY needs NSET=... or ELSET=...");
     tie.reference = inp_upper(k.get("REFNODE"));
     tie.rotation_node = inp_upper(k.get("ROTNODE"));
-    tie.name = tie.set.empty() ? tie.element_set : tie.set;
+    tie.name = !tie.set.empty() ? tie.set : !tie.element_set.empty() ? tie.element_set : pins;
+    if (!pins.empty()) {
+      // Nodes whose translations alone follow.
+      InpTie pinned = tie;
+      pinned.set = pins;
+      pinned.element_set.clear();
+      pinned.dofs = {{0, 2}};
+      if (tie.set.empty() && tie.element_set.empty()) return s().ties.push_back(pinned), true;
+      if (tie.reference.empty()) fail("*RIGID BODY with PIN NSET and others needs REF NODE=...");
+      pinned.rotation_node.clear();
+      s().ties.push_back(pinned);
+    }
   } else if (w == "COUPLING") {
     tie.kind = InpTie::Kind::coupling;
     tie.surface = inp_upper(need("SURFACE"));
     tie.reference = inp_upper(need("REFNODE"));
     tie.name = k.get("CONSTRAINTNAME").empty() ? tie.surface : up("CONSTRAINTNAME");
     tie.orientation = up("ORIENTATION");
+    if (k.has("INFLUENCERADIUS")) tie.radius = real(k.get("INFLUENCERADIUS"), "INFLUENCE RADIUS") * units.length;
   } else if (w == "KINEMATIC" || w == "DISTRIBUTING") {
     if (s().ties.empty() || s().ties.back().kind != InpTie::Kind::coupling) fail(fmt::format("*{} without *COUPLING before it", w));
     s().ties.back().averaging = w == "DISTRIBUTING";
@@ -409,6 +476,7 @@ bool InpTableReader::tie_word() {
   } else if (w == "KINEMATIC COUPLING") {
     tie.kind = InpTie::Kind::kinematic;
     tie.reference = tie.name = inp_upper(need("REFNODE"));
+    tie.orientation = up("ORIENTATION");
   } else if (w == "DISTRIBUTING COUPLING") {
     tie.kind = InpTie::Kind::weights;
     tie.averaging = true;
@@ -416,6 +484,7 @@ bool InpTableReader::tie_word() {
   } else if (w == "TIE") {
     tie.kind = InpTie::Kind::surfaces;
     tie.adjust = up("ADJUST") != "NO";
+    tie.rotations = !k.has("NOROTATION");
     if (k.has("POSITIONTOLERANCE")) tie.tolerance = real(k.get("POSITIONTOLERANCE"), "POSITION TOLERANCE") * units.length;
     if (k.has("CYCLICSYMMETRY") || k.has("MULTISTAGE"))
       return refuse("*TIE, CYCLIC SYMMETRY: a body is the whole structure: give the model all around"), true;

@@ -45,6 +45,7 @@ struct InpMembers {
   std::string instance;
   std::vector<int> ids;
   std::vector<std::string> names;
+  std::vector<std::string> elements_of;  // element sets whose nodes are members
 };
 using InpSet = std::vector<InpMembers>;
 
@@ -89,6 +90,8 @@ struct InpTie {
   std::vector<std::pair<int, int>> dofs;                // of a kinematic one; empty: all
   std::vector<std::pair<std::string, double>> members;  // set or node, weight
   double tolerance = -1.0;
+  double radius = -1.0;   // of a coupling: nodes farther from the reference point are left out; negative: none
+  bool rotations = true;  // of tied surfaces: those of shells are tied too
   InpPlace place;
 };
 

@@ -72,6 +72,8 @@ void InpResolver::add_tie(int space, const InpTie& t) {
   } else {
     spider.node = t.reference.empty() ? add_reference(nodes) : one_node(space, t.reference, t.place);
   }
+  if (t.radius >= 0.0)
+    std::erase_if(nodes, [&](const auto& entry) { return (model.nodes[entry.first] - model.nodes[spider.node]).norm() > t.radius; });
   nodes.erase(spider.node);
   if (nodes.empty()) fail(t.place, fmt::format("'{}' ties no nodes to its reference point", t.name));
   if (!t.rotation_node.empty()) rotation_nodes[one_node(space, t.rotation_node, t.place)] = spider.node;
@@ -149,18 +151,30 @@ void InpResolver::add_surface_tie(int space, const InpTie& t) {
     fail(t.place,
          fmt::format("*TIE: no node of '{}' lies on '{}'; the nearest is {:.3g} m away (POSITION TOLERANCE says how far it may be)",
                      t.surface, t.master, made.nearest));
+  bool free_rotations = false;
   for (FeEquation& e : made.equations) {
     e.line = t.place.line;
+    // Rotations of shells on shells follow likewise.
+    const bool turns = turning[e.terms[0].node],
+               all = std::all_of(e.terms.begin(), e.terms.end(), [&](const FeEquation::Term&term) { return turning[term.node]; });
+    free_rotations = free_rotations || (turns && t.rotations && !all);
+    if (t.rotations && all) {
+      FeEquation turn = e;
+      for (FeEquation::Term& term : turn.terms) term.dof += 3;
+      model.equations.push_back(std::move(turn));
+    }
     model.equations.push_back(std::move(e));
   }
+  if (free_rotations)
+    model.warnings.push_back(fmt::format(
+        "{}: *TIE ties translations of '{}' to faces whose nodes have no rotations: the shells turn freely there, as on a hinge",
+        deck.where(t.place), t.surface));
   if (made.left > 0)
     model.warnings.push_back(fmt::format("{}: *TIE: {} of {} nodes of '{}' are farther than {:.3g} m from '{}' and stay free",
                                          deck.where(t.place), made.left, made.left + made.tied, t.surface, made.tolerance, t.master));
   if (made.moved > 0.0)
     add_once(model.notes, fmt::format("{}: *TIE: nodes of '{}' are moved onto '{}' by up to {:.3g} m", deck.where(t.place), t.surface,
                                       t.master, made.moved));
-  if (std::any_of(slaves.begin(), slaves.end(), [&](int n) { return turning[n]; }))
-    add_once(model.notes, fmt::format("{}: *TIE ties translations; rotations of shells stay free at '{}'", deck.where(t.place), t.surface));
 }
 
 // *MPC, PLANE and STRAIGHT: nodes that stay in the plane, or on the line, that they are in; linear about where they are. Within it they

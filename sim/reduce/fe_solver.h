@@ -42,7 +42,8 @@ class FeSolver {
 
   double estimated_bytes() const { return cholesky->estimated_bytes(); }
   double factor_entries() const { return cholesky->factor_entries(); }
-  void factorise() { cholesky->factorise(); }
+  // Throws InputError where a held model has a motion without stiffness left.
+  void factorise();
 
   int rigid() const { return static_cast<int>(R.cols()); }
   const MatX& rigid_basis() const { return R; }  // M-orthonormal

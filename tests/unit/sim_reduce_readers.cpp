@@ -166,11 +166,13 @@ TEST(ReduceReaders, AbaqusMaterialsSetsAndShells) {
   EXPECT_NEAR(m.materials[m.elements[1].material].density, 2700.0, 1e-9);
   EXPECT_NEAR(m.elements[2].thickness, 1e-4, 1e-18);
   EXPECT_EQ(m.constraints.size(), 18u);
-  // The shell hangs on the bricks by the nodes they share.
+  // The shell hangs on the bricks by the nodes they share, as on a hinge; its far end is held.
   ReduceOptions o;
   o.modes = 2;
   o.held = m.constraints;
   o.stiffening = false;
+  EXPECT_THROW(reduce(m, o), InputError);
+  o.held.push_back({12, 2});
   const Reduction r = reduce(m, o);
   EXPECT_NEAR(r.body.mass, 1e-9 * (7850.0 + 2700.0 + 0.1 * 7850.0), 1e-15);
   EXPECT_EQ(r.report.rigid_motions, 0);

@@ -1,0 +1,165 @@
+// Words of decks that may be written in several ways: both give the same model, or what is not read is told.
+#include "scratch.h"
+#include "sim/reduce/reduce.h"
+
+#include <gtest/gtest.h>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace flexframe::sim {
+namespace {
+
+FeModel deck(const std::string& text, const std::string& other = "") {
+  const Scratch scratch;
+  scratch.put("other.txt", other);
+  return read_inp(scratch.put("deck.inp", text));
+}
+
+VecX frequencies(const std::string& text, const std::string& other = "") {
+  const FeModel m = deck(text, other);
+  ReduceOptions o;
+  o.method = ReduceMethod::eigenmodes;
+  o.modes = 5;
+  o.node_count = 2;
+  o.held = m.constraints;
+  o.stiffening = false;
+  return reduce(m, o).report.frequencies;
+}
+
+void same(const std::string& a, const std::string& b, const char* what, const std::string& other = "") {
+  const VecX found = frequencies(a, other), wanted = frequencies(b);
+  EXPECT_LT((found - wanted).cwiseQuotient(wanted).cwiseAbs().maxCoeff(), 1e-7) << what;
+}
+
+bool has(const std::vector<std::string>& texts, const std::string& part) {
+  return std::any_of(texts.begin(), texts.end(), [&](const std::string& t) { return t.find(part) != std::string::npos; });
+}
+
+const std::string steel = "*MATERIAL,NAME=S\n*ELASTIC\n2.1e11,.3\n*DENSITY\n7850\n";
+
+// A beam along x of eight elements and one across at its end.
+std::string frame(const std::string& more, const std::string& n1 = "0.,.1,1.", const std::string& hold = "*BOUNDARY\n1,1,6\n") {
+  std::string out = "*NODE\n";
+  for (int i = 0; i <= 8; ++i) out += fmt::format("{},{},0,0\n", i + 1, 0.125 * i);
+  out += "10,1.,.3,0.\n*ELEMENT,TYPE=B31,ELSET=B\n";
+  for (int i = 1; i <= 9; ++i) out += fmt::format("{},{},{}\n", i, i, i + 1);
+  out += "*ELSET,ELSET=FIRST,GENERATE\n1,8\n";
+  return out + steel + "*BEAM SECTION,ELSET=B,MATERIAL=S,SECTION=RECT\n.02,.01\n" + n1 + "\n" + more + hold;
+}
+
+// A strip of shells, 6 by 2, its nodes 1 to 21; from row `cut` on, where asked, nodes of their own.
+std::string strip(const std::string& section, const std::string& more = "", int cut = 99) {
+  std::string out = "*NODE\n";
+  for (int i = 0; i <= 6; ++i)
+    for (int j = 0; j < 3; ++j) {
+      out += fmt::format("{},{},{},0\n", 3 * i + j + 1, 0.1 * i, 0.1 * j);
+      if (i == cut) out += fmt::format("{},{},{},0\n", 100 + j, 0.1 * i, 0.1 * j);
+    }
+  std::string sets[2];
+  out += "*ELEMENT,TYPE=S4,ELSET=E\n";
+  for (int i = 0; i < 6; ++i)
+    for (int j = 0; j < 2; ++j) {
+      const auto node = [&](int row, int at) { return row == cut && i >= cut ? 100 + at : 3 * row + at + 1; };
+      out += fmt::format("{},{},{},{},{}\n", 2 * i + j + 1, node(i, j), node(i + 1, j), node(i + 1, j + 1), node(i, j + 1));
+    }
+  return out + steel + section + more + "*NSET,NSET=ROOT\n1,2,3\n*BOUNDARY\nROOT,1,6\n";
+}
+
+TEST(ReduceWords, BlanksOfDirections) {
+  EXPECT_EQ(deck(frame("", "0.,1.")).beam_sections[0].n1, Vec3(0, 1, 0));
+  EXPECT_EQ(deck(frame("", "1.,,")).beam_sections[0].n1, Vec3(1, 0, 0));
+  // The line of the direction left blank, then the moduli.
+  const std::string general =
+      "*NODE\n1,0,0,0\n2,1,0,0\n*ELEMENT,TYPE=B31,ELSET=B\n1,1,2\n*BEAM GENERAL SECTION,ELSET=B,DENSITY=7850\n"
+      "1e-4,1e-9,0.,2e-9,2e-9\n\n2e11,8e10\n";
+  const FeModel m = deck(general);
+  EXPECT_EQ(m.beam_sections[0].n1, Vec3(0, 0, -1));
+  EXPECT_EQ(m.materials.back().youngs_modulus, 2e11);
+}
+
+TEST(ReduceWords, SetsOfElementsNodes) {
+  const std::string hold = "*BOUNDARY\nHELD,3,3\n1,1,6\n", by_numbers = "*NSET,NSET=HELD,GENERATE\n1,9\n";
+  same(frame("*NSET,NSET=HELD,ELSET=FIRST\n", "0.,.1,1.", hold), frame(by_numbers, "0.,.1,1.", hold), "ELSET of another name");
+  const std::string own = "*BOUNDARY\nFIRST,3,3\n1,1,6\n";
+  same(frame("*NSET,NSET=FIRST,ELSET=FIRST\n", "0.,.1,1.", own), frame(by_numbers, "0.,.1,1.", hold), "ELSET of the same name");
+}
+
+TEST(ReduceWords, LinesInAnotherFile) {
+  same(frame("", "0.,.1,1.", "*BOUNDARY,INPUT=other.txt\n"), frame(""), "*BOUNDARY, INPUT", "1,1,6\n");
+  same(frame("*EQUATION,INPUT=other.txt\n"), frame("*EQUATION\n2\n9,3,1.,5,3,-1.\n"), "*EQUATION, INPUT", "2\n9,3,1.,5,3,-1.\n");
+  // What is passed over needs no file.
+  EXPECT_NO_THROW(deck(frame("*AMPLITUDE,NAME=A,INPUT=nowhere.txt\n")));
+}
+
+TEST(ReduceWords, PinnedNodesTurnFreely) {
+  const std::string point = "*NODE\n20,.5,.1,.1\n*NSET,NSET=P\n3,6\n*NSET,NSET=T\n9\n";
+  const std::string pins = "*KINEMATIC COUPLING,REF NODE=20\n3,1,3\n6,1,3\n";
+  same(frame(point + "*RIGID BODY,PIN NSET=P,REF NODE=20\n"), frame(point + pins), "PIN NSET");
+  same(frame(point + "*RIGID BODY,PIN NSET=P,TIE NSET=T,REF NODE=20\n"), frame(point + pins + "*RIGID BODY,NSET=T,REF NODE=20\n"),
+       "PIN NSET and TIE NSET");
+}
+
+TEST(ReduceWords, LayersAndDirections) {
+  const std::string cross = "*MATERIAL,NAME=C\n*ELASTIC,TYPE=LAMINA\n1.3e11,1e10,.3,5e9,5e9,3e9\n*DENSITY\n1600\n";
+  const std::string head = cross + "*SHELL SECTION,ELSET=E,COMPOSITE";
+  same(strip(head + ",SYMMETRIC\n.002,3,C,0.\n.003,3,C,90.\n"), strip(head + "\n.002,3,C,0.\n.003,3,C,90.\n.003,3,C,90.\n.002,3,C,0.\n"),
+       "SYMMETRIC");
+  const std::string turned = "*SHELL SECTION,ELSET=E,MATERIAL=C,ORIENTATION=O\n.01\n";
+  same(strip(cross + "*ORIENTATION,NAME=O\n2.,3.,0.,1.,3.,0.,1.,2.,0.\n" + turned),
+       strip(cross + "*ORIENTATION,NAME=O\n1.,1.,0.,0.,1.,0.\n" + turned), "third point");
+  const std::string point = "*NODE\n200,.7,.1,0.\n*ORIENTATION,NAME=O\n1.,.5,0.,-.5,1.,0.\n",
+                    steel_section = "*SHELL SECTION,ELSET=E,MATERIAL=S\n.01\n";
+  const std::string surface = "*SURFACE,NAME=F,TYPE=NODE\nP\n";
+  same(strip(steel_section, point + "*KINEMATIC COUPLING,REF NODE=200,ORIENTATION=O\nP,1\n*NSET,NSET=P\n19,20,21\n"),
+       strip(steel_section,
+             point + surface + "*COUPLING,REF NODE=200,SURFACE=F,ORIENTATION=O,CONSTRAINT NAME=C\n*KINEMATIC\n1\n*NSET,NSET=P\n19,20,21\n"),
+       "*KINEMATIC COUPLING, ORIENTATION");
+  same(strip(steel_section,
+             point + "*SURFACE,NAME=A,TYPE=NODE\nALL\n*NSET,NSET=ALL,GENERATE\n1,21\n*COUPLING,REF NODE=200,SURFACE=A,CONSTRAINT "
+                     "NAME=C,INFLUENCE RADIUS=.15\n*KINEMATIC\n1,6\n"),
+       strip(steel_section,
+             point + "*NSET,NSET=P\n19,20,21\n" + surface + "*COUPLING,REF NODE=200,SURFACE=F,CONSTRAINT NAME=C\n*KINEMATIC\n1,6\n"),
+       "INFLUENCE RADIUS");
+}
+
+TEST(ReduceWords, TiedShellsTurnTogether) {
+  const std::string section = "*SHELL SECTION,ELSET=E,MATERIAL=S\n.01\n";
+  const std::string tie =
+      "*SURFACE,NAME=SLAVE,TYPE=NODE\nC\n*NSET,NSET=C\n100,101,102\n*SURFACE,NAME=MASTER\n5,SPOS\n6,SPOS\n*TIE,NAME=T{}\nSLAVE,MASTER\n";
+  same(strip(section, fmt::format(fmt::runtime(tie), ""), 3), strip(section), "*TIE");
+  // On a hinge the second half swings freely: no frequency, though all are held from the first half's root.
+  try {
+    frequencies(strip(section, fmt::format(fmt::runtime(tie), ",NO ROTATION"), 3));
+    ADD_FAILURE() << "a mechanism was reduced";
+  } catch (const InputError& e) {
+    EXPECT_NE(std::string(e.what()).find("mechanism"), std::string::npos) << e.what();
+  }
+}
+
+TEST(ReduceWords, WhatIsNotReadIsTold) {
+  const std::string section = "*SHELL SECTION,ELSET=E,MATERIAL=S{}\n.01\n";
+  EXPECT_TRUE(has(deck(strip(fmt::format(fmt::runtime(section), ",DENSITY=80."))).warnings, "*SHELL SECTION, DENSITY is not known"));
+  EXPECT_TRUE(has(deck(strip(fmt::format(fmt::runtime(section), ",SHELL THICKNESS=D"))).warnings, "SHELLTHICKNESS"));
+  EXPECT_TRUE(has(deck(frame("*TRANSVERSE SHEAR STIFFNESS\n1e7,1e7\n")).warnings, "*TRANSVERSE SHEAR STIFFNESS is not known"));
+  EXPECT_TRUE(deck(strip(fmt::format(fmt::runtime(section), ",SECTION INTEGRATION=GAUSS,POISSON=.3"))).warnings.empty());
+  const auto refused = [](const std::string& text) {
+    try {
+      deck(text);
+    } catch (const InputError& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  const std::string mass = "*ELEMENT,TYPE=MASS,ELSET=M\n90,9\n*MASS,ELSET={}\n1.,2.,3.\n";
+  EXPECT_NE(refused(frame(fmt::format(fmt::runtime(mass), "M,TYPE=ANISOTROPIC"))).find("*MASS, TYPE=ANISOTROPIC"), std::string::npos);
+  EXPECT_NE(refused(frame(fmt::format(fmt::runtime(mass), "B"))).find("*MASS for element 1, a beam"), std::string::npos);
+  EXPECT_NE(refused(frame("*ORIENTATION,NAME=O,DEFINITION=NODES\n1,2,3\n")).find("DEFINITION=NODES"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace flexframe::sim
