@@ -146,6 +146,40 @@ void shell_second_order(const FeModel& model, const FeElement& e, const Mat3X& X
   }
 }
 
+bool bends(const FeModel& model, const FeElement& e) { return e.shape == FeShape::beam2 && !model.beam_sections[e.section].truss; }
+
+// Second order of a beam's strains in its fields (u', theta, theta'), a section turned by the rotation vector theta (J. C. Simo, A finite
+// strain beam formulation, CMAME 49 (1985), expanded): of the line and its shear, of twist and bending; fibres beside the axis are
+// stretched by twist.
+Vec6 beam_strain(const Eigen::Matrix<double, 9, 1>& f, double spread) {
+  const Vec3 slope = f.head<3>(), theta = f.segment<3>(3), bend = f.tail<3>();
+  Vec6 out;
+  out.head<3>() = 0.5 * theta.cross(Vec3(theta.cross(Vec3(Vec3::UnitX())))) - theta.cross(slope);
+  out.tail<3>() = -0.5 * theta.cross(bend);
+  out(0) += 0.5 * spread * bend.x() * bend.x();
+  return out;
+}
+
+// Calls visit(element, point, S) at each point of each beam; S: second derivatives of the six strains, a column per pair.
+template <class Visit>
+void each_beam_strain(const FeModel& model, const FeSystem& system, const MatX& U, const Pairs& pairs, const Visit& visit) {
+  MatX S(6, pairs.size());
+  for (const FeElement& e : model.elements) {
+    if (!bends(model, e)) continue;
+    MatX motions(12, U.cols());
+    for (Eigen::Index i = 0; i < 2; ++i)
+      for (int d = 0; d < 6; ++d) motions.row(6 * i + d) = U.row(system.dof[model.connectivity[e.first + i]][d]);
+    for (const FeBeamPoint& p : beam_points(model.beam_sections[e.section], model.materials[e.material], positions(model, e), e.id)) {
+      const MatX fields = p.fields * motions;
+      Mat6X alone(6, U.cols());
+      for (Eigen::Index k = 0; k < U.cols(); ++k) alone.col(k) = beam_strain(fields.col(k), p.spread);
+      for (int c = 0; c < pairs.size(); ++c)
+        S.col(c) = beam_strain(fields.col(pairs.j[c]) + fields.col(pairs.k[c]), p.spread) - alone.col(pairs.j[c]) - alone.col(pairs.k[c]);
+      visit(e, p, S);
+    }
+  }
+}
+
 // Calls visit(element, dN (nodes x 3), volume, S) at each integration point; S: six rows xx yy zz xy yz xz of the stress of sym(grad u_j^T
 // grad u_k) per pair, for shells the membrane stress in space axes.
 template <class Visit>
@@ -158,7 +192,7 @@ void each_second_order_stress(const FeModel& model, const FeSystem& system, cons
   MatX local, gradients;
   constexpr Eigen::Index first_of[6] = {0, 1, 2, 0, 1, 0}, second_of[6] = {0, 1, 2, 1, 2, 2};
   for (const FeElement& e : model.elements) {
-    if (e.shape == FeShape::point_mass || e.shape == FeShape::lumped) continue;
+    if (e.shape == FeShape::point_mass || e.shape == FeShape::lumped || bends(model, e)) continue;
     const Mat3X X = positions(model, e);
     local.resize(3 * n, e.count);
     for (int i = 0; i < e.count; ++i) {
@@ -198,7 +232,7 @@ void each_second_order_stress(const FeModel& model, const FeSystem& system, cons
       visit(e, dN, volume, S);
     };
     if (e.shape == FeShape::beam2) {
-      // The axial force alone, of the line between the nodes: strain du/ds . du/ds / 2, stress E along the axis.
+      // A rod: the axial force alone, strain du/ds . du/ds / 2, stress E along the axis.
       const Vec3 axis = X.col(1) - X.col(0);
       const double L = axis.norm(), E = model.materials[e.material].youngs_modulus;
       MatX dN(2, 3);
@@ -233,6 +267,11 @@ MatX second_order_loads(const FeModel& model, const FeSystem& system, const MatX
       for (int d = 0; d < 3; ++d) g.row(dof[d]) += x * S.row(stress_row[d][0]) + y * S.row(stress_row[d][1]) + z * S.row(stress_row[d][2]);
     }
   });
+  each_beam_strain(model, system, U, pairs, [&](const FeElement& e, const FeBeamPoint& p, const MatX& S) {
+    const MatX forces = p.weight * p.forces.transpose() * S;
+    for (Eigen::Index i = 0; i < 2; ++i)
+      for (int d = 0; d < 6; ++d) g.row(system.dof[model.connectivity[e.first + i]][d]) += forces.row(6 * i + d);
+  });
   return g;
 }
 
@@ -250,6 +289,12 @@ MatX second_order_work(const FeModel& model, const FeSystem& system, const MatX&
         for (int b = 0; b < 3; ++b) strain.row(stress_row[d][b]) += volume * dN(i, b) * W.row(dof[d]);
     }
     out.noalias() += S.transpose() * strain;
+  });
+  each_beam_strain(model, system, U, pairs, [&](const FeElement& e, const FeBeamPoint& p, const MatX& S) {
+    MatX motions(12, loads);
+    for (Eigen::Index i = 0; i < 2; ++i)
+      for (int d = 0; d < 6; ++d) motions.row(6 * i + d) = W.row(system.dof[model.connectivity[e.first + i]][d]);
+    out.noalias() += p.weight * S.transpose() * (p.forces * motions);
   });
   return out;
 }

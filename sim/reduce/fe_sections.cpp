@@ -158,10 +158,13 @@ struct PlaneBeam {
   double EI = 0.0, GA = 0.0, mass = 0.0, rotary = 0.0;
 };
 
+// 12 EI / G A L^2, by which shear softens bending.
+double shear_share(double EI, double GA, double L) { return GA > 0.0 ? 12.0 * EI / (GA * L * L) : 0.0; }
+
 // Bending in one plane: motions v1 theta1 v2 theta2 with theta = v' in the absence of shear.
 void bending(const PlaneBeam& beam, double L, Eigen::Matrix4d& K, Eigen::Matrix4d& M) {
   const auto [EI, GA, mass, rotary] = beam;
-  const double phi = GA > 0.0 ? 12.0 * EI / (GA * L * L) : 0.0, c = EI / (L * L * L * (1.0 + phi));
+  const double phi = shear_share(EI, GA, L), c = EI / (L * L * L * (1.0 + phi));
   K << 12, 6 * L, -12, 6 * L, 6 * L, (4 + phi) * L * L, -6 * L, (2 - phi) * L * L, -12, -6 * L, 12, -6 * L, 6 * L, (2 - phi) * L * L,
       -6 * L, (4 + phi) * L * L;
   K *= c;
@@ -376,17 +379,50 @@ std::optional<FeBeamSection> open_section(const std::string& kind, const std::ve
   return std::nullopt;
 }
 
-void beam_matrices(const FeBeamSection& s, const FeMaterial& material, const Mat3X& X, int id, MatX& K, MatX& M) {
+namespace {
+
+// A beam in its principal axes, in which its bending planes do not couple: the first along it, then as n1 and n2 turned.
+struct BeamFrame {
+  Mat3 Q;
+  double L = 0.0, E = 0.0, G = 0.0;     // m, Pa
+  double Iy = 0.0, Iz = 0.0;            // m^4, about the second and third axis
+  double shear_y = 0.0, shear_z = 0.0;  // m^2, areas that carry shear along them; 0: rigid
+};
+
+BeamFrame beam_frame(const FeBeamSection& s, const FeMaterial& material, const Mat3X& X, int id) {
+  BeamFrame out;
   const Vec3 axis = X.col(1) - X.col(0);
-  const double L = axis.norm();
-  if (!(L > 0.0)) throw InputError(fmt::format("element {} (beam) has no length", id));
-  const double E = material.youngs_modulus, G = material.shear_modulus > 0.0 ? material.shear_modulus : E / (2 * (1 + material.poisson)),
-               rho = material.density;
-  const double mass = rho * s.area + s.mass_per_length;
+  out.L = axis.norm();
+  if (!(out.L > 0.0)) throw InputError(fmt::format("element {} (beam) has no length", id));
+  out.E = material.youngs_modulus;
+  out.G = material.shear_modulus > 0.0 ? material.shear_modulus : out.E / (2 * (1 + material.poisson));
+  out.Q.col(0) = axis / out.L;
+  if (s.truss) return out;
+  const Vec3 across = s.n1 - out.Q.col(0).dot(s.n1) * out.Q.col(0);
+  if (!(across.norm() > 1e-6 * s.n1.norm()))
+    throw InputError(fmt::format("element {} (beam): the section's direction n1 ({:g}, {:g}, {:g}) lies along the beam; give another one",
+                                 id, s.n1.x(), s.n1.y(), s.n1.z()));
+  const double twist = 0.5 * std::atan2(-2.0 * s.I12, s.I11 - s.I22);
+  const double c = std::cos(twist), d = std::sin(twist);
+  out.Iy = s.I11 * c * c + s.I22 * d * d - 2.0 * s.I12 * c * d;
+  out.Iz = s.I11 * d * d + s.I22 * c * c + 2.0 * s.I12 * c * d;
+  const Vec3 n1 = across.normalized(), n2 = out.Q.col(0).cross(n1);
+  out.Q.col(1) = c * n1 + d * n2;
+  out.Q.col(2) = out.Q.col(0).cross(out.Q.col(1));
+  // Areas of shear turned with the axes.
+  out.shear_y = s.shear1 * c * c + s.shear2 * d * d;
+  out.shear_z = s.shear1 * d * d + s.shear2 * c * c;
+  return out;
+}
+
+}  // namespace
+
+void beam_matrices(const FeBeamSection& s, const FeMaterial& material, const Mat3X& X, int id, MatX& K, MatX& M) {
+  const BeamFrame frame = beam_frame(s, material, X, id);
+  const auto [Q, L, E, G, Iy, Iz, A1, A2] = frame;
+  const double rho = material.density, mass = rho * s.area + s.mass_per_length;
   K.setZero(12, 12);
   M.setZero(12, 12);
-  Mat3 Q;
-  Q.col(0) = axis / L;
   Eigen::Matrix2d both;
   both << 1, -1, -1, 1;
   Eigen::Matrix2d lengthwise;
@@ -400,19 +436,6 @@ void beam_matrices(const FeBeamSection& s, const FeMaterial& material, const Mat
       }
     return;
   }
-  const Vec3 across = s.n1 - Q.col(0).dot(s.n1) * Q.col(0);
-  if (!(across.norm() > 1e-6 * s.n1.norm()))
-    throw InputError(fmt::format("element {} (beam): the section's direction n1 ({:g}, {:g}, {:g}) lies along the beam; give another one",
-                                 id, s.n1.x(), s.n1.y(), s.n1.z()));
-  // Principal axes of the section: the bending planes do not couple in them.
-  const double twist = 0.5 * std::atan2(-2.0 * s.I12, s.I11 - s.I22);
-  const double c = std::cos(twist), d = std::sin(twist), Iy = s.I11 * c * c + s.I22 * d * d - 2.0 * s.I12 * c * d,
-               Iz = s.I11 * d * d + s.I22 * c * c + 2.0 * s.I12 * c * d;
-  const Vec3 n1 = across.normalized(), n2 = Q.col(0).cross(n1);
-  Q.col(1) = c * n1 + d * n2;
-  Q.col(2) = Q.col(0).cross(Q.col(1));
-  // Areas of shear turned with the axes.
-  const double A1 = s.shear1 * c * c + s.shear2 * d * d, A2 = s.shear1 * d * d + s.shear2 * c * c;
   for (Eigen::Index i = 0; i < 2; ++i)
     for (Eigen::Index j = 0; j < 2; ++j) {
       K(6 * i, 6 * j) = E * s.area / L * both(i, j);
@@ -439,6 +462,57 @@ void beam_matrices(const FeBeamSection& s, const FeMaterial& material, const Mat
   for (Eigen::Index i = 0; i < 4; ++i) turn.block<3, 3>(3 * i, 3 * i) = Q.transpose();
   K = (turn.transpose() * K * turn).eval();
   M = (turn.transpose() * M * turn).eval();
+}
+
+std::vector<FeBeamPoint> beam_points(const FeBeamSection& section, const FeMaterial& material, const Mat3X& X, int id) {
+  const BeamFrame f = beam_frame(section, material, X, id);
+  MatX turn = MatX::Zero(12, 12);
+  for (Eigen::Index i = 0; i < 4; ++i) turn.block<3, 3>(3 * i, 3 * i) = f.Q.transpose();
+  // The integrand is of degree four.
+  constexpr std::array<double, 3> place = {-0.774596669241483377, 0.0, 0.774596669241483377}, weight = {5.0 / 9, 8.0 / 9, 5.0 / 9};
+  std::vector<FeBeamPoint> out;
+  const double L = f.L;
+  for (size_t i = 0; i < place.size(); ++i) {
+    const double s = 0.5 * (1.0 + place[i]);
+    FeBeamPoint p;
+    p.weight = 0.5 * weight[i] * L;
+    p.fields.setZero();
+    p.forces.setZero();
+    for (const int d : {0, 3}) {
+      p.fields(d == 0 ? 0 : 6, d) = -1.0 / L;
+      p.fields(d == 0 ? 0 : 6, d + 6) = 1.0 / L;
+    }
+    p.fields(3, 3) = 1.0 - s;
+    p.fields(3, 9) = s;
+    p.forces.row(0) = f.E * section.area * p.fields.row(0);
+    p.forces.row(3) = f.G * section.torsion * p.fields.row(6);
+    for (int plane = 0; plane < 2; ++plane) {
+      const double EI = f.E * (plane == 0 ? f.Iz : f.Iy), phi = shear_share(EI, f.G * (plane == 0 ? f.shear_y : f.shear_z), L);
+      Eigen::RowVector4d slope, angle, bend, change;
+      slope << (6 * s * s - 6 * s - phi) / L, 1 - 4 * s + 3 * s * s + 0.5 * phi * (1 - 2 * s), (6 * s - 6 * s * s + phi) / L,
+          3 * s * s - 2 * s - 0.5 * phi * (1 - 2 * s);
+      angle << 6 * (s * s - s) / L, 1 - 4 * s + 3 * s * s + phi * (1 - s), 6 * (s - s * s) / L, 3 * s * s - 2 * s + phi * s;
+      bend << 6 * (2 * s - 1) / (L * L), (6 * s - 4 - phi) / L, 6 * (1 - 2 * s) / (L * L), (6 * s - 2 + phi) / L;
+      change << 12 / (L * L * L), 6 / (L * L), -12 / (L * L * L), 6 / (L * L);
+      // Deflection along the third axis turns against the second.
+      const std::array<int, 4> at = plane == 0 ? std::array<int, 4>{1, 5, 7, 11} : std::array<int, 4>{2, 4, 8, 10};
+      const double sign = plane == 0 ? 1.0 : -1.0;
+      for (int k = 0; k < 4; ++k) {
+        const double own = (k % 2 == 1 ? sign : 1.0) / (1.0 + phi);
+        p.fields(1 + plane, at[k]) = own * slope(k);
+        p.fields(plane == 0 ? 5 : 4, at[k]) = sign * own * angle(k);
+        p.fields(plane == 0 ? 8 : 7, at[k]) = sign * own * bend(k);
+        // Shear is the moment's slope, whether the section yields to it or not.
+        p.forces(plane == 0 ? 5 : 4, at[k]) = EI * sign * own * bend(k);
+        p.forces(1 + plane, at[k]) = -EI * own * change(k);
+      }
+    }
+    p.fields = (p.fields * turn).eval();
+    p.forces = (p.forces * turn).eval();
+    p.spread = section.area > 0.0 ? (f.Iy + f.Iz) / section.area : 0.0;
+    out.push_back(p);
+  }
+  return out;
 }
 
 }  // namespace flexframe::sim

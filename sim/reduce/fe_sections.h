@@ -59,4 +59,14 @@ std::optional<FeBeamSection> open_section(const std::string& kind, const std::ve
 // solution, consistent mass with rotary inertia. Throws InputError for a beam without length or with n1 along it.
 void beam_matrices(const FeBeamSection& section, const FeMaterial& material, const Mat3X& X, int id, MatX& K, MatX& M);
 
+// A beam at a place, in its principal axes, from the 12 motions of its nodes in space: derivatives of the displacement, rotations, and
+// their derivatives along it (3 rows each); forces N Qy Qz and moments T My Mz.
+struct FeBeamPoint {
+  Eigen::Matrix<double, 9, 12> fields;
+  Eigen::Matrix<double, 6, 12> forces;
+  double weight = 0.0;  // m
+  double spread = 0.0;  // m^2, polar moment over area: fibres of a twisted beam are longer
+};
+std::vector<FeBeamPoint> beam_points(const FeBeamSection& section, const FeMaterial& material, const Mat3X& X, int id);
+
 }  // namespace flexframe::sim

@@ -1,9 +1,12 @@
 // What decks bring beside solids: arms of rigid spiders in second order, equations, laminates, beams, units. Truths in closed form.
 #include "scratch.h"
+#include "sim/base/eigen_solvers.h"
 #include "sim/reduce/fe_sections.h"
 #include "sim/reduce/reduce.h"
 
 #include <gtest/gtest.h>
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -45,9 +48,39 @@ TEST(ReduceDecks, ArmsOfRigidSpidersKeepTheirLength) {
     ASSERT_GE(twist, 0);
     const double angle = r.body.nodes[0].psi(0, twist), inertia = 2 * 5.0 * 0.3 * 0.3;
     EXPECT_NEAR(angle * angle * inertia, 1.0, 1e-6);
-    EXPECT_NEAR(r.body.J2[2](twist, twist), -2.0 * inertia * angle * angle, 1e-5);
+    // The bar that spins about z at Omega is pulled by the masses' 10 kg at 1 m: its fibres, longer as it twists, resist by N r^2 / 2.
+    EXPECT_NEAR(r.body.J2[2](twist, twist), -2.0 * (inertia + 10.0 * 1e-4 / 2) * angle * angle, 1e-5);
     EXPECT_NEAR(r.report.frequencies(twist), std::sqrt(2.1e11 / 2.6 * 0.5 * std::numbers::pi * 1e-8 / inertia) / (2 * std::numbers::pi),
                 1e-3);
+  }
+}
+
+// A narrow cantilever of beams that is pushed across its stiff way tips over sideways at 4.013 sqrt(EI GJ) / L^2 (Prandtl), and pulling it
+// makes it stiffer against twist by N Ip / A, its fibres being longer: of the second-order displacement of its end, both ways to it.
+TEST(ReduceDecks, BeamsTipOverAndTwistStifferWhenPulled) {
+  constexpr double length = 1.0, height = 0.05, thick = 0.002, E = 2.1e11;
+  std::string text = "*NODE\n";
+  for (int i = 0; i <= 20; ++i) text += fmt::format("{},{},0,0\n", i + 1, 0.05 * length * i);
+  text += "*ELEMENT,TYPE=B31,ELSET=B\n";
+  for (int i = 1; i <= 20; ++i) text += fmt::format("{},{},{}\n", i, i, i + 1);
+  const FeModel m = deck(text + steel + fmt::format("*BEAM SECTION,ELSET=B,MATERIAL=S,SECTION=RECT\n{},{}\n0,1,0\n", height, thick));
+  const double J = m.beam_sections[0].torsion, G = E / 2.6, weak = height * std::pow(thick, 3) / 12;
+  for (const int limit : {500, 0}) {
+    ReduceOptions o;
+    o.modes = 14;
+    for (int d = 0; d < 6; ++d) o.held.push_back({0, d});
+    o.interfaces = {{20, -1, "tip"}};
+    o.stiffening_limit = limit;
+    const FlexibleBody body = reduce(m, o).body;
+    const FlexibleNode& tip = body.nodes[0];
+    const double load = 1.0 / GeneralizedEigen(tip.phi2[1], body.Ke).eigenvalues().maxCoeff(),
+                 wanted = 4.013 * std::sqrt(E * weak * G * J) / (length * length);
+    EXPECT_NEAR(load, wanted, 5e-3 * wanted) << limit;
+    // All the body's coordinates in the twist that a moment at the end makes.
+    const VecX q = body.Ke.ldlt().solve(VecX(tip.psi.row(0).transpose()));
+    const double twist = tip.psi.row(0).dot(q), polar = (height * height + thick * thick) / 12;
+    EXPECT_NEAR(twist, length / (G * J), 1e-6 * twist) << limit;
+    EXPECT_NEAR(q.dot(tip.phi2[0] * q), -polar * twist * twist / length, 1e-3 * polar * twist * twist) << limit;
   }
 }
 
