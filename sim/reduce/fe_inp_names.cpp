@@ -178,7 +178,7 @@ const InpAxes* InpResolver::axes_named(int space, const std::string& name, const
   return &scope(found->first).orientations.at(found->second);
 }
 
-std::vector<std::vector<int>> InpResolver::faces_of(int space, const std::string& name, const InpPlace& place) {
+std::vector<std::vector<int>> InpResolver::faces_of(int space, const std::string& name, const InpPlace& place, bool edges) {
   const auto found = find(space, name, [&](int s, const std::string& n) { return scope(s).surfaces.contains(n); });
   if (!found) fail(place, fmt::format("surface '{}' is not there", name));
   const InpSurface& surface = scope(found->first).surfaces.at(found->second);
@@ -196,7 +196,7 @@ std::vector<std::vector<int>> InpResolver::faces_of(int space, const std::string
     }
     if (face.empty()) add_free_faces(elements, out);
     else
-      for (int e : elements) out.push_back(face_of(model.elements[e], name, face, place));
+      for (int e : elements) out.push_back(face_of(model.elements[e], name, face, place, edges));
   }
   return out;
 }
@@ -208,14 +208,15 @@ std::vector<int> InpResolver::in_model(const FeElement& e, const std::vector<int
   return out;
 }
 
-std::vector<int> InpResolver::face_of(const FeElement& e, const std::string& name, const std::string& face, const InpPlace& place) const {
+std::vector<int> InpResolver::face_of(const FeElement& e, const std::string& name, const std::string& face, const InpPlace& place,
+                                      bool edges) const {
   const auto& faces = fe_faces(e.shape);
   const int k = face.size() == 2 && (face[0] == 'S' || face[0] == 'E') ? face[1] - '1' : -1;
   if (fe_is_shell(e.shape)) {
     const int corners = static_cast<int>(faces[0].size());
     // E1, E2, ... are edges; in CalculiX S3, S4, ... are, too, and S1 and S2 the two sides.
     const int edge = face[0] == 'E' ? k : k - 2;
-    if (face.size() == 2 && (face[0] == 'E' || k >= 2) && edge >= 0 && edge < corners) {
+    if (edges && face.size() == 2 && (face[0] == 'E' || k >= 2) && edge >= 0 && edge < corners) {
       std::vector<int> nodes = {edge, (edge + 1) % corners};
       if (const int middle = fe_middle(e.shape, nodes[0], nodes[1]); middle >= 0) nodes.push_back(middle);
       return in_model(e, nodes);

@@ -115,10 +115,10 @@ class InpResolver {
   // Ties.
   void add_transform(int space, const InpTransform& t);
   void mark_turning();
-  // Faces of a surface of elements, as nodes of the model; a shell's face is all of it, an edge of it its nodes.
-  std::vector<std::vector<int>> faces_of(int space, const std::string& name, const InpPlace& place);
+  // Faces of a surface of elements, as nodes of the model; a shell's face is all of it, an edge of it its nodes (edges), or all of it too.
+  std::vector<std::vector<int>> faces_of(int space, const std::string& name, const InpPlace& place, bool edges = true);
   std::vector<int> in_model(const FeElement& e, const std::vector<int>& places) const;
-  std::vector<int> face_of(const FeElement& e, const std::string& name, const std::string& face, const InpPlace& place) const;
+  std::vector<int> face_of(const FeElement& e, const std::string& name, const std::string& face, const InpPlace& place, bool edges) const;
   void add_free_faces(const std::vector<int>& elements, std::vector<std::vector<int>>& out) const;
   // Nodes of a surface, and each one's share of its area (for element faces; 1 else).
   std::map<int, double> weights_of_surface(int space, const std::string& name, const InpPlace& place);

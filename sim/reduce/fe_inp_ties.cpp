@@ -37,7 +37,9 @@ std::map<int, double> InpResolver::weights_of_surface(int space, const std::stri
     return out;
   }
   for (const std::vector<int>& face : faces_of(space, name, place)) {
-    const double share = face_area(model, face) / static_cast<double>(face.size());
+    // An edge of a shell has a length.
+    const double area = face_area(model, face), length = (model.nodes[face[1]] - model.nodes[face[0]]).norm();
+    const double share = (area > 1e-9 * length * length ? area : length) / static_cast<double>(face.size());
     for (int node : face) out[node] += share;
   }
   return out;
@@ -143,7 +145,7 @@ bool InpResolver::partly(int space, const InpTie& t, const FeSpider& spider) {
 }
 
 void InpResolver::add_surface_tie(int space, const InpTie& t) {
-  const std::vector<std::vector<int>> master = faces_of(space, t.master, t.place);
+  const std::vector<std::vector<int>> master = faces_of(space, t.master, t.place, false);
   std::vector<int> slaves;
   for (const auto& [node, weight] : weights_of_surface(space, t.surface, t.place)) slaves.push_back(node);
   TieResult made = tie_nodes(model, slaves, master, t.tolerance, t.adjust);

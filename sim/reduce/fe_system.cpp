@@ -539,6 +539,37 @@ FeReduced eliminate(const FeModel& model, const FeSystem& system, const std::vec
   return out;
 }
 
+namespace {
+
+// Rigid motions, rotations over `size`, that springs to the ground hold: they cost energy; against what the springs' diagonals alone would
+// cost, most is rounding.
+std::vector<Vec6> ground_rows(const FeSystem& system, const MatX& R, double size) {
+  std::vector<Vec6> out;
+  if (system.lumped_K.size() == 0) return out;
+  MatX unit = R;
+  unit.rightCols(3) /= size;
+  const MatX energy = unit.transpose() * symmetric_product(system.lumped_K, unit);
+  const double alone = (system.lumped_K.diagonal().transpose() * unit.cwiseAbs2()).maxCoeff();
+  if (!(alone > 0.0)) return out;
+  const SymmetricEigen eigen(0.5 / alone * (energy + energy.transpose()));
+  for (int k = 0; k < 6; ++k)
+    if (eigen.eigenvalues()(k) > 1e-9) out.emplace_back(eigen.eigenvectors().col(k));
+  return out;
+}
+
+// Of the model about the origin.
+double reach(const FeModel& model) {
+  double size = 1e-300;
+  for (const Vec3& x : model.nodes) size = std::max(size, x.norm());
+  return size;
+}
+
+}  // namespace
+
+bool has_ground_springs(const FeModel& model, const FeSystem& system) {
+  return !ground_rows(system, rigid_motions(model, system), reach(model)).empty();
+}
+
 MatX rigid_residuals(const FeModel& model, const FeSystem& system, const std::vector<FeConstraint>& held, double size) {
   const MatX R = rigid_motions(model, system);
   std::vector<Vec6> rows;
@@ -556,18 +587,7 @@ MatX rigid_residuals(const FeModel& model, const FeSystem& system, const std::ve
   };
   for (const FeConstraint& c : held) add(support_terms(system, c));
   for (const FeEquation& equation : model.equations) add(equation_terms(model, system, equation));
-  if (system.lumped_K.size() > 0) {
-    // What springs to the ground hold costs energy in rigid motion; against what their diagonals alone would cost, most is rounding.
-    MatX unit = R;
-    unit.rightCols(3) /= size;
-    const MatX energy = unit.transpose() * symmetric_product(system.lumped_K, unit);
-    const double alone = (system.lumped_K.diagonal().transpose() * unit.cwiseAbs2()).maxCoeff();
-    if (alone > 0.0) {
-      const SymmetricEigen eigen(0.5 / alone * (energy + energy.transpose()));
-      for (int k = 0; k < 6; ++k)
-        if (eigen.eigenvalues()(k) > 1e-9) rows.push_back(Vec6(eigen.eigenvectors().col(k)));
-    }
-  }
+  for (const Vec6& held_by_springs : ground_rows(system, R, size)) rows.push_back(held_by_springs);
   MatX out(rows.size(), 6);
   for (size_t k = 0; k < rows.size(); ++k) out.row(static_cast<Eigen::Index>(k)) = rows[k].transpose();
   return out;
@@ -576,8 +596,7 @@ MatX rigid_residuals(const FeModel& model, const FeSystem& system, const std::ve
 MatX free_rigid_motions(const FeModel& model, const FeSystem& system, const FeReduced& reduced, const std::vector<FeConstraint>& held) {
   const MatX R = rigid_motions(model, system);
   // Translations and rotations alike, so that one tolerance serves.
-  double size = 1e-300;
-  for (const Vec3& x : model.nodes) size = std::max(size, x.norm());
+  const double size = reach(model);
   const MatX rows = rigid_residuals(model, system, held, size);
   const MatX G = rows.transpose() * rows;
   MatX combinations = MatX::Identity(6, 6);

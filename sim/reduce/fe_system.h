@@ -63,6 +63,9 @@ MatX rigid_motions(const FeModel& model, const FeSystem& system);
 // energy of springs to the ground likewise. Both vanish for the rigid motions that the system is free to do.
 MatX rigid_residuals(const FeModel& model, const FeSystem& system, const std::vector<FeConstraint>& held, double size);
 
+// Whether springs hold the model to the ground.
+bool has_ground_springs(const FeModel& model, const FeSystem& system);
+
 // Rigid motions that the reduced system is free to do: combinations of the six that vanish at held motions, free x k.
 MatX free_rigid_motions(const FeModel& model, const FeSystem& system, const FeReduced& reduced, const std::vector<FeConstraint>& held);
 

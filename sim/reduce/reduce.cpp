@@ -208,6 +208,11 @@ class Reducer {
     const MatX rigid = free_rigid_motions(model, system, reduced, options.held);
     solver = std::make_unique<FeSolver>(reduced, rigid, estimate_modes(model, system), options.threads, ask, options.scratch.string());
     report().rigid_motions = solver->rigid();
+    if (solver->rigid() > 0 && has_ground_springs(model, system))
+      report().warnings.push_back(fmt::format(
+          "{}: springs to the ground act between the body and its own frame, which moves with it in a scene: take them out of the "
+          "model and put them into the scene (spring-damper, bushing)",
+          model.file));
     report().factor_entries = solver->factor_entries();
     // The factor with both matrices beside it, and either the matrix it is made from or the vectors of modes and fields: Lanczos keeps some
     // four times the modes asked for.

@@ -132,6 +132,8 @@ TEST(ReduceWords, TiedShellsTurnTogether) {
   const std::string tie =
       "*SURFACE,NAME=SLAVE,TYPE=NODE\nC\n*NSET,NSET=C\n100,101,102\n*SURFACE,NAME=MASTER\n5,SPOS\n6,SPOS\n*TIE,NAME=T{}\nSLAVE,MASTER\n";
   same(strip(section, fmt::format(fmt::runtime(tie), ""), 3), strip(section), "*TIE");
+  const std::string edges = "*SURFACE,NAME=SLAVE\n7,E4\n8,E4\n*SURFACE,NAME=MASTER\n5,E2\n6,E2\n*TIE,NAME=T\nSLAVE,MASTER\n";
+  same(strip(section, edges, 3), strip(section), "*TIE of edges");
   // On a hinge the second half swings freely: no frequency, though all are held from the first half's root.
   try {
     frequencies(strip(section, fmt::format(fmt::runtime(tie), ",NO ROTATION"), 3));
@@ -159,6 +161,19 @@ TEST(ReduceWords, WhatIsNotReadIsTold) {
   EXPECT_NE(refused(frame(fmt::format(fmt::runtime(mass), "M,TYPE=ANISOTROPIC"))).find("*MASS, TYPE=ANISOTROPIC"), std::string::npos);
   EXPECT_NE(refused(frame(fmt::format(fmt::runtime(mass), "B"))).find("*MASS for element 1, a beam"), std::string::npos);
   EXPECT_NE(refused(frame("*ORIENTATION,NAME=O,DEFINITION=NODES\n1,2,3\n")).find("DEFINITION=NODES"), std::string::npos);
+}
+
+// A free body takes its springs to the ground along in a scene; between its own nodes they are its own.
+TEST(ReduceWords, SpringsToTheGroundAreTold) {
+  const auto warned = [](const std::string& spring) {
+    ReduceOptions o;
+    o.method = ReduceMethod::eigenmodes;
+    o.modes = 3;
+    o.stiffening = false;
+    return has(reduce(deck(frame(spring, "0.,.1,1.", "")), o).report.warnings, "springs to the ground");
+  };
+  EXPECT_TRUE(warned("*ELEMENT,TYPE=SPRING1,ELSET=K\n90,1\n91,9\n*SPRING,ELSET=K\n3\n1e3\n"));
+  EXPECT_FALSE(warned("*ELEMENT,TYPE=SPRINGA,ELSET=K\n90,1,10\n*SPRING,ELSET=K\n\n1e3\n"));
 }
 
 }  // namespace
