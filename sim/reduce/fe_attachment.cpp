@@ -19,8 +19,8 @@ struct Weighted {
 };
 
 // Adds the rows of the rigid motion at `centre` that fits the translations of `nodes` best: (sum w B^T B)^-1 sum w B^T u, B = [1,
-// -skew(r)]. Rotations about a line on which all nodes lie cannot be seen: they are left zero. rows: 0 all six, 3 rotations only. Returns
-// the middle.
+// -skew(r)]. Rotations about a line on which all nodes lie cannot be seen by them: they are the mean of the nodes' own, zero where these
+// have none. rows: 0 all six, 3 rotations only. Returns the middle.
 Vec3 fit(const FeModel& model, const FeSystem& system, const Weighted& of, const Vec3& centre, int from_row, Triplets& out) {
   const std::vector<int>& nodes = of.nodes;
   const auto weight = [&](size_t i) { return of.weights.empty() ? 1.0 : of.weights[i]; };
@@ -49,6 +49,20 @@ Vec3 fit(const FeModel& model, const FeSystem& system, const Weighted& of, const
     if (eigen.eigenvalues()(k) > 1e-10 * size * size * scale) inverse(k) = 1.0 / eigen.eigenvalues()(k);
   const Mat3 pseudo = eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
   const Vec3 arm = centre - middle;
+  const Mat3 unseen = eigen.eigenvectors() * inverse.unaryExpr([](double k) { return k == 0.0 ? 1.0 : 0.0; }).asDiagonal() *
+                      eigen.eigenvectors().transpose();
+  double turning = 0.0;
+  for (size_t i = 0; i < nodes.size(); ++i) turning += system.dof[nodes[i]][3] >= 0 ? weight(i) : 0.0;
+  for (size_t i = 0; i < nodes.size() && turning > 0.0 && !unseen.isZero(0.0); ++i)
+    for (int d = 0; d < 3; ++d) {
+      const int own = system.dof[nodes[i]][3 + d];
+      if (own < 0) continue;
+      const Vec3 turn = weight(i) / turning * unseen.col(d), move = turn.cross(arm);
+      for (int k = 0; k < 3; ++k) {
+        if (from_row == 0 && move(k) != 0.0) out.emplace_back(k, own, move(k));
+        if (turn(k) != 0.0) out.emplace_back(3 + k, own, turn(k));
+      }
+    }
   for (size_t i = 0; i < nodes.size(); ++i) {
     const int n = nodes[i];
     if (!moves(system.dof[n])) continue;

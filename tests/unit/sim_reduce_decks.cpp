@@ -84,6 +84,29 @@ TEST(ReduceDecks, BeamsTipOverAndTwistStifferWhenPulled) {
   }
 }
 
+// An averaging interface of the end of a strip of shells: nodes on a line see no turn about it, but have turns of their own. A moment there
+// bends a cantilever by M L / EI, and the point beside the line moves with it. Poisson's ratio zero.
+TEST(ReduceDecks, AveragedEdgesOfShellsTurn) {
+  std::string text = "*NODE\n";
+  for (int i = 0; i <= 10; ++i) text += fmt::format("{},{},0,0\n{},{},0.1,0\n", 2 * i + 1, 0.1 * i, 2 * i + 2, 0.1 * i);
+  text += "200,1.2,0.05,0\n*ELEMENT,TYPE=S4,ELSET=E\n";
+  for (int i = 0; i < 10; ++i) text += fmt::format("{},{},{},{},{}\n", i + 1, 2 * i + 1, 2 * i + 3, 2 * i + 4, 2 * i + 2);
+  const FeModel m = deck(text +
+                         "*MATERIAL,NAME=S\n*ELASTIC\n2e11,0.\n*DENSITY\n7850\n*SHELL SECTION,ELSET=E,MATERIAL=S\n.01\n"
+                         "*SURFACE,NAME=TIP,TYPE=NODE\n21\n22\n*COUPLING,REF NODE=200,SURFACE=TIP,CONSTRAINT NAME=END\n*DISTRIBUTING\n");
+  ReduceOptions o;
+  for (int node : {0, 1})
+    for (int d = 0; d < 6; ++d) o.held.push_back({node, d});
+  o.interfaces = {{-1, 0, "end"}};
+  o.modes = 2;
+  const FlexibleBody body = reduce(m, o).body;
+  const FlexibleNode& end = body.nodes[0];
+  const VecX q = body.Ke.ldlt().solve(VecX(end.psi.row(1).transpose()));
+  const double turn = 1.0 / (2e11 * 0.1 * 1e-6 / 12);
+  EXPECT_NEAR(end.psi.row(1).dot(q), turn, 1e-6 * turn);
+  EXPECT_NEAR(end.phi.row(2).dot(q), -turn * (0.5 + 0.2), 1e-6 * turn);
+}
+
 // Two springs in a row by an equation and by a common node are the same; a spring to the ground leaves no rigid motion along it.
 TEST(ReduceDecks, EquationsAndSpringsToTheGround) {
   const std::string cube =
