@@ -461,10 +461,33 @@ class Reducer {
       node.psi = motion.bottomRows(3);
       body.nodes.push_back(std::move(node));
     }
+    judge_damping();
     if (options.stiffening && model.matrices) note("geometric stiffening needs the elements: left out for a model given as matrices");
     else if (options.stiffening) add_stiffening(U);
     if (options.stress) add_stress(U);
     if (options.surface) add_surface(U);
+  }
+
+  // The damping that a free body's ratio leaves its lowest mode where the first interface is welded, told where it is another one.
+  void judge_damping() {
+    const FlexibleBody& b = out.body;
+    if (b.De.size() == 0 || solver->rigid() < 6 || options.interfaces.empty() || !attachments[0].own_rotation) return;
+    // The frame follows so that the interface stands still.
+    const FlexibleNode& node = b.nodes[0];
+    MatX follow(6, b.n), M(6, 6);
+    follow << -node.phi + skew(node.origin) * -node.psi, -node.psi;
+    M << b.mass * Mat3::Identity(), -skew(b.md0), skew(b.md0), Mat3::Zero();
+    M.bottomRightCorner<3, 3>() << b.J0(0), b.J0(3), b.J0(4), b.J0(3), b.J0(1), b.J0(5), b.J0(4), b.J0(5), b.J0(2);
+    const GeneralizedEigen held(b.Ke, b.Me + follow.transpose() * M * follow);
+    if (held.info() != Eigen::Success || !(held.eigenvalues()(0) > 0.0)) return;
+    const VecX mode = held.eigenvectors().col(0);
+    const double omega = std::sqrt(held.eigenvalues()(0)), ratio = mode.dot(b.De * mode) / (2.0 * omega);
+    constexpr double told = 0.1;  // ratios are seldom known better
+    if (std::abs(ratio / options.damping - 1.0) > told)
+      report().warnings.push_back(fmt::format(
+          "damping: the ratio {:g} is that of the free body's modes; welded at '{}' its lowest one, {:.4g} Hz, has {:.2g}: instead of "
+          "--damping give the body damping = {{ ratio = {:g} }} in the scene, which is that of its modes as they are mounted",
+          options.damping, node.name, omega / two_pi, ratio, options.damping));
   }
 
   // Of the lowest frequencies those that are the hold's of hourglass motions.

@@ -176,5 +176,23 @@ TEST(ReduceWords, SpringsToTheGroundAreTold) {
   EXPECT_FALSE(warned("*ELEMENT,TYPE=SPRINGA,ELSET=K\n90,1,10\n*SPRING,ELSET=K\n\n1e3\n"));
 }
 
+// A ratio of the free body's modes is none of the welded one's: 0.0014 of 0.02 is left to the lowest mode of a slender cantilever, as
+// `flexframe check` finds it in a scene. Held in the deck it has what was asked for.
+TEST(ReduceWords, DampingOfFreeBodiesIsTold) {
+  const auto warned = [](const std::string& hold) {
+    const FeModel m = deck(frame("", "0.,.1,1.", hold));
+    ReduceOptions o;
+    o.interfaces = {{8, -1, "corner"}};
+    if (hold.empty()) o.interfaces.insert(o.interfaces.begin(), {0, -1, "root"});
+    o.modes = 4;
+    o.held = m.constraints;
+    o.stiffening = false;
+    o.damping = 0.02;
+    return has(reduce(m, o).report.warnings, "damping: the ratio 0.02 is that of the free body's modes; welded at 'root'");
+  };
+  EXPECT_TRUE(warned(""));
+  EXPECT_FALSE(warned("*BOUNDARY\n1,1,6\n"));
+}
+
 }  // namespace
 }  // namespace flexframe::sim
