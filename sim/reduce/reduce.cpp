@@ -617,11 +617,6 @@ class Reducer {
   void add_stiffening(const MatX& U) {
     const int n = out.body.n, pairs = n * (n + 1) / 2;
     const bool everywhere = pairs <= options.stiffening_limit || options.stiffening_forced;
-    if (!everywhere && options.interfaces.empty())
-      return note(
-          fmt::format("geometric stiffening left out: {} pairs of elastic coordinates would each need a static solution (limit {}); name "
-                      "the interfaces, or force it",
-                      pairs, options.stiffening_limit));
     say("second-order displacements");
     // Rows: md (3), Cr (3), J (6), then three translations a node.
     const int nodes = everywhere ? static_cast<int>(attachments.size()) : static_cast<int>(options.interfaces.size());
@@ -662,8 +657,8 @@ class Reducer {
         second += hold.transpose() * arm_fields(U, 0, pairs);
       }
       for (Eigen::Index i = 0; i < nodes; ++i) add_own_arm(attachments[i], U, 0, second.middleRows(12 + 3 * i, 3));
-      note(fmt::format("geometric stiffening of forces at the interfaces and of inertia; forces at other nodes have none ({} coordinates)",
-                       n));
+      note(fmt::format("geometric stiffening of {}inertia; forces at other nodes have none ({} coordinates)",
+                       options.interfaces.empty() ? "" : "forces at the interfaces and of ", n));
     }
     FlexibleBody& body = out.body;
     const bool mean_axes = solver->rigid() == 6;

@@ -231,5 +231,20 @@ TEST(ReduceStatic, BothWaysToStiffeningAgree) {
   }
 }
 
+// Beyond the limit of pairs a body without interfaces has what inertia stiffens, the same as by pairs.
+TEST(ReduceStatic, StiffeningByInertiaWithoutInterfaces) {
+  const FeModel model = rod();
+  ReduceOptions o;
+  o.modes = 4;
+  o.node_count = 2;
+  const Reduction pairs = reduce(model, o);
+  o.stiffening_limit = 0;
+  const Reduction loads = reduce(model, o);
+  for (int k = 0; k < 6; ++k)
+    EXPECT_LT((loads.body.J2[k] - pairs.body.J2[k]).cwiseAbs().maxCoeff(), 1e-4 * pairs.body.J2[k].cwiseAbs().maxCoeff()) << k;
+  o.stiffening = false;
+  EXPECT_GT((loads.body.J2[0] - reduce(model, o).body.J2[0]).cwiseAbs().maxCoeff(), 1e-2 * loads.body.J2[0].cwiseAbs().maxCoeff());
+}
+
 }  // namespace
 }  // namespace flexframe::sim
