@@ -10,7 +10,22 @@ namespace {
 constexpr std::string_view made = "made by flexframe reduce from ";
 constexpr std::string_view words = "; its modes lack of the static deflection at ";
 constexpr std::string_view turning = "; nothing resists turns of ";
+constexpr std::string_view interfaces = "; interfaces ", none = "; no interfaces";
 constexpr double told = 0.01;  // what effects that are left out may be worth, too
+
+// Names in quotes, with commas between them.
+std::vector<std::string> names_in(std::string_view text) {
+  std::vector<std::string> out;
+  while (text.starts_with('\'')) {
+    const size_t end = text.find('\'', 1);
+    if (end == std::string_view::npos) break;
+    out.emplace_back(text.substr(1, end - 1));
+    text.remove_prefix(end + 1);
+    if (!text.starts_with(", ")) break;
+    text.remove_prefix(2);
+  }
+  return out;
+}
 
 }  // namespace
 
@@ -28,7 +43,17 @@ std::string reduced_comment(const std::string& model, const std::vector<Interfac
     out += fmt::format("{}'{}' {:.2g} %", first ? words : ", ", lack.interface, 100.0 * lack.share);
     first = false;
   }
+  if (lacks.empty()) out += none;
+  for (size_t k = 0; k < lacks.size(); ++k) out += fmt::format("{}'{}'", k == 0 ? interfaces : ", ", lacks[k].interface);
   return out;
+}
+
+std::optional<std::vector<std::string>> interfaces_of_comment(std::string_view comment) {
+  if (!comment.starts_with(made)) return std::nullopt;
+  const size_t at = comment.find(interfaces);
+  if (at != std::string_view::npos) return names_in(comment.substr(at + interfaces.size()));
+  if (comment.ends_with(none)) return std::vector<std::string>{};
+  return std::nullopt;
 }
 
 bool knows_lacks(std::string_view comment) { return comment.starts_with(made); }
@@ -55,19 +80,8 @@ std::vector<InterfaceLack> lacks_of_comment(std::string_view comment) {
 }
 
 std::vector<std::string> turning_of_comment(std::string_view comment) {
-  std::vector<std::string> out;
   const size_t at = comment.find(turning);
-  if (at == std::string_view::npos) return out;
-  comment.remove_prefix(at + turning.size());
-  while (comment.starts_with('\'')) {
-    const size_t end = comment.find('\'', 1);
-    if (end == std::string_view::npos) break;
-    out.emplace_back(comment.substr(1, end - 1));
-    comment.remove_prefix(end + 1);
-    if (!comment.starts_with(", ")) break;
-    comment.remove_prefix(2);
-  }
-  return out;
+  return at == std::string_view::npos ? std::vector<std::string>{} : names_in(comment.substr(at + turning.size()));
 }
 
 }  // namespace flexframe::sim

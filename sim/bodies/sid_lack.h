@@ -1,6 +1,7 @@
 // What the modes of a reduced body lack of its static deflection at its interfaces, as the first line of its SID file says it.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -13,11 +14,14 @@ struct InterfaceLack {
   bool turns = false;  // it is tied to nodes without rotations that lie on a line or at one point, so that nothing resists a turn
 };
 
-// "made by flexframe reduce from MODEL", the interfaces that turn, and those whose share is beyond one per cent.
+// "made by flexframe reduce from MODEL", the interfaces that turn, those whose share is beyond one per cent, and all interfaces.
 std::string reduced_comment(const std::string& model, const std::vector<InterfaceLack>& lacks);
 
 // Whether a comment says what is lacking, be it nothing: files of other programs do not.
 bool knows_lacks(std::string_view comment);
+
+// All interfaces that a comment names; nullopt: it says nothing of them.
+std::optional<std::vector<std::string>> interfaces_of_comment(std::string_view comment);
 
 // The interfaces that a comment names for their share; none for files of other programs.
 std::vector<InterfaceLack> lacks_of_comment(std::string_view comment);

@@ -488,6 +488,24 @@ void warn_of_lacking_modes(Model& model, const Scene& scene, const std::string& 
   }
 }
 
+// Nodes of a reduced body that the scene holds or pushes though they are none of its interfaces.
+void warn_of_plain_nodes(Model& model, const Scene& scene, const std::string& owner, const std::string& body, const std::string& comment) {
+  const auto interfaces = interfaces_of_comment(comment);
+  if (!interfaces) return;
+  std::vector<std::string> plain;
+  const auto look = [&](const FrameRef& f) {
+    if (f.body == body && !f.frame.empty() && std::find(interfaces->begin(), interfaces->end(), f.frame) == interfaces->end() &&
+        std::find(plain.begin(), plain.end(), f.frame) == plain.end())
+      plain.push_back(f.frame);
+  };
+  for (const JointDef& j : scene.joints) look(j.parent), look(j.child);
+  for (const ForceDef& f : scene.forces) look(f.on), look(f.from);
+  if (!plain.empty())
+    model.notes.warn(owner, fmt::format("is held or pushed at {}, which the reduction was not told of: its modes may lack much of the "
+                                        "deflection there, and it is too stiff by that: reduce it with --interface there",
+                                        list_words(plain, 5)));
+}
+
 // Whether the scene asks a frame of a body to turn with it: for a moment there, or for how it turns.
 bool asks_for_turns(const Scene& scene, const std::string& body, const std::string& frame, bool outputs) {
   const auto here = [&](const FrameRef& f) { return f.body == body && f.frame == frame; };
@@ -586,6 +604,7 @@ void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order
       for (const std::string& note : file.notes) model.notes.tell(owner, note);
       warn_of_lacks(model, scene, owner, def.name, file);
       warn_of_lacking_modes(model, scene, owner, def.name, file.comment);
+      warn_of_plain_nodes(model, scene, owner, def.name, file.comment);
       add_rayleigh_damping(modal->damping, part.body);
       add_mounted_damping(model, scene, part.scene_body, modal->damping, orientation, part.body);
       const std::vector<EffectState> states = modal_effects(def, *modal, part.body);

@@ -141,7 +141,7 @@ TEST(ReduceStatic, LackingModesAreTold) {
     EXPECT_GT(lacking.report.lacks[i].share, 0.01) << i;
     EXPECT_LT(whole.report.lacks[i].share, 0.01) << i;
   }
-  EXPECT_EQ(reduced_comment("rod.inp", whole.report.lacks), "made by flexframe reduce from rod.inp");
+  EXPECT_EQ(reduced_comment("rod.inp", whole.report.lacks), "made by flexframe reduce from rod.inp; interfaces 'big', 'small'");
   const std::string comment = reduced_comment("rod.inp", lacking.report.lacks);
   const std::vector<InterfaceLack> read = lacks_of_comment(comment);
   ASSERT_EQ(read.size(), 2u) << comment;
@@ -175,7 +175,20 @@ child = "rod.big"
     };
     EXPECT_EQ(at("big"), warned);
     EXPECT_FALSE(at("small"));  // nothing holds or loads it
+    // Held at a node that is no interface.
+    const auto strange = [&](std::string held) {
+      std::string other = text;
+      other.replace(other.find("rod.big"), 7, "rod." + held);
+      const std::vector<std::string> told =
+          make_system(parse_scene(other, (folder.path() / "scene.toml").string())).notes.texts(Severity::warning);
+      return std::any_of(told.begin(), told.end(), [&](const std::string& w) { return w.find("at " + held + ", which") != w.npos; });
+    };
+    EXPECT_TRUE(strange(r->body.nodes[5].name));
+    EXPECT_FALSE(strange("big"));
   }
+  EXPECT_EQ(interfaces_of_comment(reduced_comment("rod.inp", {})), std::vector<std::string>{});
+  EXPECT_EQ(interfaces_of_comment(comment), (std::vector<std::string>{"big", "small"}));
+  EXPECT_FALSE(interfaces_of_comment("made by another program"));
 }
 
 // The free reduced rod, taken hold of at the big end, vibrates as the full model held there does.
