@@ -14,6 +14,7 @@
 #include "sim/run/left_out.h"
 #include "sim/run/left_ranges.h"
 #include "sim/run/lost_loops.h"
+#include "sim/run/missing_stiffening.h"
 #include "sim/run/model_check.h"
 #include "sim/run/open_reactions.h"
 #include "sim/run/passes.h"
@@ -368,6 +369,7 @@ void judge(Unjudged& run, bool check) {
   warn_of_coarse_beams(coarse_beams(run.scene, alone.effects, run.results), sure_of_coarse * unasked_accuracy, s.notes);
   warn_of_held_warping(run.scene, alone.effects, run.results, unasked_accuracy, s.notes);
   warn_of_tipping(run.scene, alone.effects, run.results, s.notes);
+  warn_of_missing_stiffening(run.scene, run.results, unasked_accuracy, s.notes);
   if (check) return;
   if (judges_effects(run.scene, options)) warn_of_leaving_plane(run.scene, alone.effects, s.notes);
   if (!measured.models) warn_of_linear_limits(run.scene, alone.limits, unasked_accuracy, s.notes);

@@ -102,4 +102,12 @@ with temporary_folder() as name:
         wanted = math.sqrt((p - sign * math.sqrt(p * p - 4 * mass * inertia * q)) / (2 * mass * inertia)) / 2 / math.pi
         near(min(got, key=lambda g: abs(g - wanted)), wanted, 2e-3 * wanted, "hanging body on an arm")
 
+    # A file without second order that spins: told where it matters, unless the scene says so itself.
+    reduce(beam_deck(0.4, 8, "RECT\n0.05, 0.003"), "--interface", "root=1", "--modes", 2, "--nodes", 3, "--no-stiffening")
+    for rate, more, told in ((200, "", True), (5, "", False), (200, 'without = ["stiffening"]\n', False)):
+        scene = spun([0, 0, 1], rate).replace(BODY, BODY + more)
+        (folder / "spun.toml").write_text(f"[simulation]\nduration = 0.02\noutput_rate = 500\n{scene}")
+        said = run("simulate", folder / "spun.toml", "-q", "-o", folder / "spun.h5").stderr
+        expect(("has no geometric stiffening" in said) == told, f"stiffening that a file lacks at {rate} rad/s {more}: {said}")
+
 finish()

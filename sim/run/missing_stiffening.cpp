@@ -1,0 +1,63 @@
+#include "sim/run/missing_stiffening.h"
+
+#include "sim/bodies/body_file.h"
+#include "sim/model/mounted_modes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace flexframe::sim {
+namespace {
+
+// rad/s, the fastest from one sample to the next.
+double fastest_turn(const ResultBody& body, const VecX& times) {
+  double out = 0.0;
+  for (Eigen::Index k = 1; k < body.orientation.rows() && k < times.size(); ++k) {
+    const double step = times[k] - times[k - 1], cosine = std::abs(body.orientation.row(k).dot(body.orientation.row(k - 1)));
+    if (step > 0.0) out = std::max(out, 2.0 * std::acos(std::min(1.0, cosine)) / step);
+  }
+  return out;
+}
+
+bool stiffens(const FlexibleBody& body) {
+  const auto any = [](const std::array<MatX, 3>& blocks) {
+    return std::any_of(blocks.begin(), blocks.end(), [](const MatX& b) { return b.size() > 0; });
+  };
+  return any(body.md2) || std::any_of(body.nodes.begin(), body.nodes.end(), [&](const FlexibleNode& n) { return any(n.phi2); });
+}
+
+}  // namespace
+
+void warn_of_missing_stiffening(const Scene& scene, const Results& results, double asked, Notes& notes) {
+  std::vector<Mat3> orientation;
+  for (const ResultBody& body : results.bodies) {
+    if (body.orientation.rows() == 0) return;
+    const Eigen::RowVector4d q = body.orientation.row(0);
+    orientation.push_back(Quat(q[0], q[1], q[2], q[3]).toRotationMatrix());
+  }
+  for (size_t b = 0; b < scene.bodies.size() && b < results.bodies.size(); ++b) {
+    const auto* modal = std::get_if<ModalDef>(&scene.bodies[b].kind);
+    const double turn = modal ? fastest_turn(results.bodies[b], results.times) : 0.0;
+    if (turn == 0.0) continue;
+    const std::vector<std::string>& without = modal->effects.without;
+    if (std::find(without.begin(), without.end(), "stiffening") != without.end()) continue;
+    const FlexibleBody body = read_body(modal->file, modal->file.string()).body;
+    if (body.n == 0 || stiffens(body)) continue;
+    const int index = static_cast<int>(b);
+    const MountedModes modes = mounted_modes(body, held_rows(scene, index, body, mounting_of(scene, scene.bodies[b].name), orientation));
+    if (modes.omega.size() == 0) continue;
+    const double share = std::pow(turn / modes.omega[0], 2);
+    if (share > asked)
+      notes.warn(
+          fmt::format("body '{}'", scene.bodies[b].name),
+          fmt::format("turns at up to {:.3g} rad/s, and its file has no geometric stiffening (phi.M1): its lowest vibration, {:.4g} Hz "
+                      "as it is mounted, and what it bends lack a share of the order of {:.2g} of the stiffness; export it with "
+                      "geometric stiffening, as flexframe reduce does",
+                      turn, modes.omega[0] / (2.0 * std::numbers::pi), share));
+  }
+}
+
+}  // namespace flexframe::sim
