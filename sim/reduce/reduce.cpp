@@ -3,6 +3,7 @@
 
 #include "sim/base/cpu_clock.h"
 #include "sim/base/eigen_solvers.h"
+#include "sim/base/spatial.h"
 #include "sim/reduce/dense_products.h"
 #include "sim/reduce/fe_attachment.h"
 #include "sim/reduce/fe_integrals.h"
