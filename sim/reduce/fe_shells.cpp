@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -12,11 +13,13 @@ namespace {
 
 using Vec2 = Eigen::Vector2d;
 
-// The mean rotation of an element's nodes about the normal is tied to the membrane's with the shear modulus (Hughes and Brezzi 1989): where
-// elements meet at an angle, moments that bend or twist one have a part about the other's normal. With a thousandth alone a thick strip
-// twisted by 90 degrees was a third too soft, however fine. Differences between the nodes are held by this fraction: large enough against
-// rounding of the stiffness, small enough to leave the membrane as it is.
-constexpr double drilling = 1e-3;
+// The rotation about the normal is tied to the membrane's by a share of the shear modulus (Hughes and Brezzi 1989): where flat elements
+// meet at an angle, moments that bend or twist one have a part about the other's normal. Of the size of the bending stiffness over an
+// element, (t / h)^2, it leaves a share of the angle's square over twelve of that part unheld; with a thousandth alone a thick strip
+// twisted by 90 degrees was a third too soft, however fine. No more than the whole, and no less than this against rounding, which is enough
+// for triangles: their membrane has no bending for the rotation to follow.
+constexpr double least_drilling = 1e-3;
+double drilling(const FeShellLaw& law, double area) { return std::clamp(12.0 * law.D(2, 2) / (law.A(2, 2) * area), least_drilling, 1.0); }
 
 void quadrangle_functions(const Vec2& q, Eigen::Vector4d& N, Eigen::Matrix<double, 4, 2>& dN) {
   static constexpr double sx[4] = {-1, 1, 1, -1}, sy[4] = {-1, -1, 1, 1};
@@ -102,6 +105,7 @@ void quadrangle(const Eigen::Matrix<double, 4, 2>& x, const FeShellLaw& law, int
 
   MatX coupling = MatX::Zero(4, 24);
   Eigen::Matrix4d inner = Eigen::Matrix4d::Zero();
+  const double held = drilling(law, 4.0 * quadrangle_point(x, {0, 0}, id).area) * law.twist;
   for (const Vec2& q : quadrangle_rule()) {
     const QuadranglePoint p = quadrangle_point(x, q, id);
     MatX Bs(2, 24);
@@ -113,10 +117,8 @@ void quadrangle(const Eigen::Matrix<double, 4, 2>& x, const FeShellLaw& law, int
     K += mixed + mixed.transpose();
     coupling += p.area * p.Bi.transpose() * (law.A * p.Bm + law.B * p.Bb);
     inner += p.area * p.Bi.transpose() * law.A * p.Bi;
-    add_drilling(p.D, p.N, drilling * law.twist * p.area, K);
+    add_drilling(p.D, p.N, held * p.area, K);
   }
-  const QuadranglePoint centre = quadrangle_point(x, {0, 0}, id);
-  add_drilling(centre.D, centre.N, 4.0 * law.twist * centre.area, K);
   K -= coupling.transpose() * inner.ldlt().solve(coupling);
 }
 
@@ -196,9 +198,8 @@ void triangle(const Eigen::Matrix<double, 3, 2>& p, const FeShellLaw& law, MatX&
     K += twice_area / 6.0 * B.transpose() * law.D * B + mixed + mixed.transpose();
     VecX N(3);
     N << 1 - q.x() - q.y(), q.x(), q.y();
-    add_drilling(D, N, drilling * law.twist * twice_area / 6.0, K);
+    add_drilling(D, N, least_drilling * law.twist * twice_area / 6.0, K);
   }
-  add_drilling(D, VecX::Constant(3, 1.0 / 3.0), 0.5 * law.twist * twice_area, K);
 }
 
 MatX triangle_stress(const Eigen::Matrix<double, 3, 2>& p, const FeShellLaw& law, const VecX& u) {
