@@ -239,7 +239,7 @@ def stewart(folder):
 
 
 def far_pins(folder):
-    """Loops whose last joint has coordinates of its own and starts far from zero: a four-bar with rubbing pins, links with any axes; a ball."""
+    """Loops whose last joint has coordinates of its own and starts far from zero: a four-bar that rubs, links with any axes; a ball."""
     crank, coupler, rocker, base, turn = 0.3, 0.9, 0.8, 1.0, 1.2
     b = (crank * math.cos(turn), crank * math.sin(turn))
     c = meet(b, coupler, (base, 0.0), rocker, 1)
@@ -283,7 +283,7 @@ def far_pins(folder):
 
 
 def many_turns(folder):
-    """A parallelogram that turns by 33 rad from sample to sample, its angles and rotation; wound springs on its pins, and its motor's moment."""
+    """A parallelogram that turns by 33 rad from sample to sample, its angles and rotation; wound springs on its pins, its motor."""
     speed, k, wound = 100.0, 0.7, 5.0
     spring = {"stiffness": k, "rest": wound}
     for rate, springs in ((3, {}), (3, {"spring": spring})):
