@@ -31,22 +31,30 @@ bool stiffens(const FlexibleBody& body) {
 
 }  // namespace
 
-void warn_of_missing_stiffening(const Scene& scene, const Results& results, double asked, Notes& notes) {
+std::vector<int> without_second_order(const Model& model, const Scene& scene) {
+  std::vector<int> out;
+  for (size_t b = 0; b < scene.bodies.size() && b < model.pieces.size(); ++b)
+    if (std::holds_alternative<ModalDef>(scene.bodies[b].kind) && !stiffens(model.parts[model.pieces[b].front()].body))
+      out.push_back(static_cast<int>(b));
+  return out;
+}
+
+void warn_of_missing_stiffening(const Scene& scene, const std::vector<int>& bodies, const Results& results, double asked, Notes& notes) {
   std::vector<Mat3> orientation;
   for (const ResultBody& body : results.bodies) {
     if (body.orientation.rows() == 0) return;
     const Eigen::RowVector4d q = body.orientation.row(0);
     orientation.push_back(Quat(q[0], q[1], q[2], q[3]).toRotationMatrix());
   }
-  for (size_t b = 0; b < scene.bodies.size() && b < results.bodies.size(); ++b) {
-    const auto* modal = std::get_if<ModalDef>(&scene.bodies[b].kind);
-    const double turn = modal ? fastest_turn(results.bodies[b], results.times) : 0.0;
+  for (const int index : bodies) {
+    const auto b = static_cast<size_t>(index);
+    const auto& modal = std::get<ModalDef>(scene.bodies[b].kind);
+    const double turn = fastest_turn(results.bodies[b], results.times);
     if (turn == 0.0) continue;
-    const std::vector<std::string>& without = modal->effects.without;
+    const std::vector<std::string>& without = modal.effects.without;
     if (std::find(without.begin(), without.end(), "stiffening") != without.end()) continue;
-    const FlexibleBody body = read_body(modal->file, modal->file.string()).body;
+    const FlexibleBody body = read_body(modal.file, modal.file.string()).body;
     if (body.n == 0 || stiffens(body)) continue;
-    const int index = static_cast<int>(b);
     const MountedModes modes = mounted_modes(body, held_rows(scene, index, body, mounting_of(scene, scene.bodies[b].name), orientation));
     if (modes.omega.size() == 0) continue;
     const double share = std::pow(turn / modes.omega[0], 2);

@@ -71,6 +71,7 @@ struct Alone {
   std::vector<double> shares;   // of the weights (ErrorWeights), of the last pass
   std::vector<EffectState> effects;
   std::vector<LinearLimit> limits;
+  std::vector<int> unstiffened;          // without_second_order
   std::vector<LeftOutWorth> left_out;    // deformations
   std::vector<LeftOutWorth> to_measure;  // stiffening and gyroscopic terms and what shifts events, which a pair of runs tells better
   OutputScales scales;
@@ -184,6 +185,7 @@ Results simulate_at(std::optional<double> tolerance, const Scene& scene, const S
       for (LeftOutWorth& w : left_out->worth(results, wants_statics(scene)))
         (is_deformation(w) ? alone.left_out : alone.to_measure).push_back(std::move(w));
     alone.limits = linear_limits(scene, system.model, results);
+    alone.unstiffened = without_second_order(system.model, scene);
     return results;
   });
 }
@@ -369,7 +371,7 @@ void judge(Unjudged& run, bool check) {
   warn_of_coarse_beams(coarse_beams(run.scene, alone.effects, run.results), sure_of_coarse * unasked_accuracy, s.notes);
   warn_of_held_warping(run.scene, alone.effects, run.results, unasked_accuracy, s.notes);
   warn_of_tipping(run.scene, alone.effects, run.results, s.notes);
-  warn_of_missing_stiffening(run.scene, run.results, unasked_accuracy, s.notes);
+  warn_of_missing_stiffening(run.scene, alone.unstiffened, run.results, unasked_accuracy, s.notes);
   if (check) return;
   if (judges_effects(run.scene, options)) warn_of_leaving_plane(run.scene, alone.effects, s.notes);
   if (!measured.models) warn_of_linear_limits(run.scene, alone.limits, unasked_accuracy, s.notes);
