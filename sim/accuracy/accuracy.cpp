@@ -2,7 +2,10 @@
 
 #include "sim/accuracy/accuracy_task.h"
 #include "sim/base/cpu_clock.h"
+#include "sim/run/across_plane.h"
 #include "sim/run/coarse_beams.h"
+#include "sim/run/held_warping.h"
+#include "sim/run/missing_stiffening.h"
 #include "sim/run/run_scene.h"
 #include "sim/time/system.h"
 
@@ -350,6 +353,12 @@ Results stated(Task& t, Finished found, const Searched& searched, const Settings
   s.error_estimate = found.error;
   s.error_column = found.column;
   warn_of_tipping(found.scene, t.search.states, results, s.notes);
+  warn_of_held_warping(found.scene, t.search.states, results, accuracy, s.notes);
+  std::vector<int> all;
+  for (size_t b = 0; b < found.scene.bodies.size(); ++b)
+    if (std::holds_alternative<ModalDef>(found.scene.bodies[b].kind)) all.push_back(static_cast<int>(b));
+  warn_of_missing_stiffening(found.scene, all, results, accuracy, s.notes);
+  if (t.options->check_effects) warn_of_leaving_plane(found.scene, t.search.states, s.notes);
   report_left_out(found.scene, t.lacking, accuracy, s);
   if (s.error_estimate > accuracy)
     s.notes.warn("", fmt::format("the requested accuracy of {:g} was not reached: the estimated error is {:.1e} of the range of {}{}",

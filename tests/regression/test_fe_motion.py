@@ -105,10 +105,13 @@ with temporary_folder() as name:
 
     # A file without second order that spins: told where it matters, unless the scene says so itself.
     reduce(beam_deck(0.4, 8, "RECT\n0.05, 0.003"), "--interface", "root=1", "--modes", 2, "--nodes", 3, "--no-stiffening")
-    for rate, more, told in ((200, "", True), (5, "", False), (200, 'without = ["stiffening"]\n', False)):
+    without = 'without = ["stiffening"]\n'
+    asked = ("--accuracy", "0.01", "--fresh")
+    for rate, more, words, told in ((200, "", (), True), (200, "", asked, True), (5, "", (), False), (200, without, (), False)):
         scene = spun([0, 0, 1], rate).replace(BODY, BODY + more)
+        scene += '[[output]]\nname = "place"\nof = "b.node[9]"\nquantity = "position"\n' if words else ""
         (folder / "spun.toml").write_text(f"[simulation]\nduration = 0.02\noutput_rate = 500\n{scene}")
-        said = run("simulate", folder / "spun.toml", "-q", "-o", folder / "spun.h5").stderr
+        said = run("simulate", folder / "spun.toml", "-q", "-o", folder / "spun.h5", *words).stderr
         expect(("has no geometric stiffening" in said) == told, f"stiffening that a file lacks at {rate} rad/s {more}: {said}")
 
     # A narrow cantilever, held in the deck, pushed across its stiff way: the lowest frequency of EI w''^2 + 2 P (L - x) w'' theta +
