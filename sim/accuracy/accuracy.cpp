@@ -191,6 +191,12 @@ AsGiven given_by(const StraightRun& left, const SimulateOptions& options) {
   return out;
 }
 
+double together(const std::vector<LeftOutWorth>& left_out) {
+  double out = 0.0;
+  for (const LeftOutWorth& w : left_out) out += w.share;
+  return out;
+}
+
 // Beams whose own models keep a run from the accuracy become richer ones, if all outputs can be kept: bent too far for one frame, or in
 // forms of other ends.
 std::optional<Scene> with_fit_models(const Task& t, const AsGiven& given) {
@@ -304,16 +310,20 @@ std::optional<Results> run_again(const RememberedSettings& kept, const SettingsM
   }
 }
 
-// Worth of what no setting brings (Task::lacking) in the scene as it was run, together.
-double lacking_worth(Task& t) {
+// What no setting brings (Task::lacking) is left out of the result too, unless it is on in the scene as it was run.
+void count_lacking(Task& t, Finished& found) {
   std::erase_if(t.lacking, [&](const LeftOutWorth& w) {
     return std::any_of(t.search.states.begin(), t.search.states.end(), [&](const EffectState& s) {
       return s.on && s.effect == w.effect && std::find(w.owners.begin(), w.owners.end(), s.owner) != w.owners.end();
     });
   });
-  double out = 0.0;
-  for (const LeftOutWorth& w : t.lacking) out += w.share;
-  return out;
+  if (t.lacking.empty()) return;
+  const double lacks = together(t.lacking);
+  if (lacks > found.error) found.column = t.lacking.front().column;
+  if (lacks > 0.5 * std::max(t.accuracy, found.error))
+    found.unreached = "; most of it is the shear that sections without shear_y and shear_z leave out";
+  found.error = std::hypot(std::max(0.0, found.error), lacks);
+  found.effects = std::hypot(found.effects, lacks);
 }
 
 // What a search has come to, for the words about it.
@@ -326,12 +336,7 @@ struct Searched {
 
 Results stated(Task& t, Finished found, const Searched& searched, const SettingsMemory* memory) {
   const double accuracy = t.accuracy;
-  const double lacks = lacking_worth(t);
-  if (lacks > found.error) found.column = t.lacking.front().column;
-  if (lacks > 0.5 * std::max(accuracy, found.error))
-    found.unreached = "; most of it is the shear that sections without shear_y and shear_z leave out";
-  found.error = std::hypot(found.error, lacks);
-  found.effects = std::hypot(found.effects, lacks);
+  count_lacking(t, found);
   const bool spent = searched.allowed > 0.0 && work_seconds() > searched.begun + searched.allowed;
   AccuracyStatement out;
   out.asked = accuracy;
@@ -453,10 +458,8 @@ Results simulate_to_accuracy(const Scene& as_given, double accuracy, const Simul
   t.search.until = search_start + allowed;
   // Where what no setting brings is worth more than what is asked a search is in vain.
   constexpr double surely = 2.0;
-  double lacks = 0.0;
-  for (const LeftOutWorth& w : lacking) lacks += w.share;
   std::optional<Finished> best;
-  if (lacks <= surely * accuracy || !given || !given->run || !given->loose) best = found_by_search(t);
+  if (together(lacking) <= surely * accuracy || !given || !given->run || !given->loose) best = found_by_search(t);
   if (!best || best->error > accuracy) {
     t.search.until = 1e300;
     if (!given) given = run_as_given(t);
