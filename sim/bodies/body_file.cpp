@@ -68,6 +68,7 @@ void check_body(const BodyFile& file, const std::string& path) {
     matrix("psi", node.psi, 3, n);
     matrix("sigma", node.sigma, 6, n);
     for (const MatX& x : node.phi2) matrix("phi2", x, n, n);
+    for (const MatX& x : node.psi2) matrix("psi2", x, n, n);
     if (!node.origin.allFinite()) fail(fmt::format("the place of node '{}' is not finite", node.name));
   }
   if (!file.surface.points.allFinite()) fail("a point of the surface is not finite");
@@ -101,7 +102,10 @@ void write_nodes(hid_t file, const FlexibleBody& b) {
   const auto rows = static_cast<Eigen::Index>(nn), cols = static_cast<Eigen::Index>(n);
   std::vector<std::string> names;
   MatX origin(rows, 3), axes(rows, 9), phi = MatX::Zero(rows, 3 * cols), psi = phi;
-  std::vector<double> second_nodes, stress_nodes;
+  std::vector<double> second_nodes, turned_nodes, stress_nodes;
+  const auto any = [](const std::array<MatX, 3>& second) {
+    return std::any_of(second.begin(), second.end(), [](const MatX& m) { return m.size() > 0; });
+  };
   bool turned = false;
   for (Eigen::Index i = 0; i < rows; ++i) {
     const FlexibleNode& node = b.nodes[i];
@@ -113,8 +117,8 @@ void write_nodes(hid_t file, const FlexibleBody& b) {
       if (node.phi.size() > 0) phi.row(i).segment(a * cols, cols) = node.phi.row(a);
       if (node.psi.size() > 0) psi.row(i).segment(a * cols, cols) = node.psi.row(a);
     }
-    if (std::any_of(node.phi2.begin(), node.phi2.end(), [](const MatX& m) { return m.size() > 0; }))
-      second_nodes.push_back(static_cast<double>(i));
+    if (any(node.phi2)) second_nodes.push_back(static_cast<double>(i));
+    if (any(node.psi2)) turned_nodes.push_back(static_cast<double>(i));
     if (node.sigma.size() > 0) stress_nodes.push_back(static_cast<double>(i));
   }
   write_texts(group, "names", names);
@@ -125,14 +129,21 @@ void write_nodes(hid_t file, const FlexibleBody& b) {
   const auto indices = [&](const char* name, const std::vector<double>& list, const char* meaning) {
     write_numbers(group, name, Eigen::Map<const VecX>(list.data(), std::ssize(list)), {list.size()}, "", meaning);
   };
+  const auto second = [&](const std::vector<double>& list, std::array<MatX, 3> FlexibleNode::*of) {
+    MatX out(std::ssize(list), 3 * cols * cols);
+    for (Eigen::Index k = 0; k < out.rows(); ++k)
+      out.row(k) = MatX(stacked(b.nodes[static_cast<size_t>(list[static_cast<size_t>(k)])].*of, cols).transpose()).reshaped().transpose();
+    return out;
+  };
   if (!second_nodes.empty()) {
-    MatX second(std::ssize(second_nodes), 3 * cols * cols);
-    for (Eigen::Index k = 0; k < second.rows(); ++k)
-      second.row(k) =
-          MatX(stacked(b.nodes[static_cast<size_t>(second_nodes[static_cast<size_t>(k)])].phi2, cols).transpose()).reshaped().transpose();
     indices("second_nodes", second_nodes, "nodes of 'phi2', from 0");
-    write_numbers(group, "phi2", second, {second_nodes.size(), 3, n, n}, "",
+    write_numbers(group, "phi2", second(second_nodes, &FlexibleNode::phi2), {second_nodes.size(), 3, n, n}, "",
                   "second derivatives of the displacement by two elastic coordinates");
+  }
+  if (!turned_nodes.empty()) {
+    indices("turned_nodes", turned_nodes, "nodes of 'psi2', from 0");
+    write_numbers(group, "psi2", second(turned_nodes, &FlexibleNode::psi2), {turned_nodes.size(), 3, n, n}, "",
+                  "second derivatives of the rotation vector by two elastic coordinates");
   }
   if (!stress_nodes.empty()) {
     MatX stress(std::ssize(stress_nodes), 6 * cols);
@@ -243,14 +254,17 @@ void read_nodes(const Reader& reader, hid_t file, FlexibleBody& b) {
     if (psi.size() > 0) node.psi = node_columns(psi.row(i));
     b.nodes.push_back(std::move(node));
   }
-  const std::vector<int> second_nodes = read_indices(reader, group, "second_nodes", path, nn);
-  if (!second_nodes.empty()) {
-    const MatX second = reader.numbers(group, "phi2", path, {second_nodes.size(), 3, n, n}, false);
-    for (size_t k = 0; k < second_nodes.size(); ++k) {
+  const auto read_second = [&](const char* list, const char* name, std::array<MatX, 3> FlexibleNode::*of) {
+    const std::vector<int> nodes = read_indices(reader, group, list, path, nn);
+    if (nodes.empty()) return;
+    const MatX second = reader.numbers(group, name, path, {nodes.size(), 3, n, n}, false);
+    for (size_t k = 0; k < nodes.size(); ++k) {
       const VecX row = second.row(static_cast<Eigen::Index>(k)).transpose();
-      unstack(MatX(row.reshaped(static_cast<Eigen::Index>(n * n), 3).transpose()), b.n, b.nodes[static_cast<size_t>(second_nodes[k])].phi2);
+      unstack(MatX(row.reshaped(static_cast<Eigen::Index>(n * n), 3).transpose()), b.n, b.nodes[static_cast<size_t>(nodes[k])].*of);
     }
-  }
+  };
+  read_second("second_nodes", "phi2", &FlexibleNode::phi2);
+  read_second("turned_nodes", "psi2", &FlexibleNode::psi2);
   const std::vector<int> stress_nodes = read_indices(reader, group, "stress_nodes", path, nn);
   if (!stress_nodes.empty()) {
     const MatX stress = reader.numbers(group, "stress", path, {stress_nodes.size(), 6, n}, false);

@@ -312,7 +312,7 @@ bool same_kinetics(const FlexibleBody& a, const FlexibleBody& b) {
     const FlexibleNode &m = a.nodes[k], &n = b.nodes[k];
     same = m.origin == n.origin && m.rotation == n.rotation && same_values(m.phi, n.phi) && same_values(m.psi, n.psi) &&
            same_values(m.along, n.along);
-    for (size_t i = 0; i < 3; ++i) same = same && same_values(m.phi2[i], n.phi2[i]);
+    for (size_t i = 0; i < 3; ++i) same = same && same_values(m.phi2[i], n.phi2[i]) && same_values(m.psi2[i], n.psi2[i]);
   }
   return same;
 }

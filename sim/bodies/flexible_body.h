@@ -29,6 +29,7 @@ struct FlexibleNode {
   Mat3X phi;                         // 3 x n, displacement per elastic coordinate
   Mat3X psi;                         // 3 x n, small rotation per elastic coordinate (the node turns by exp(skew(psi q)))
   std::array<MatX, 3> phi2;          // n x n symmetric each or empty: u_a += 1/2 q^T phi2[a] q
+  std::array<MatX, 3> psi2;          // the same of its rotation vector, psi q + 1/2 q^T psi2 q; not followed in the plane
   MatX sigma;                        // 6 x n stress per elastic coordinate, or empty (Pa: xx yy zz xy yz xz)
   VecX along;                        // weights of a RodAxis's points: their values to their integral from the root to here; else empty
 };

@@ -47,6 +47,7 @@ FlexibleBody in_basis(const FlexibleBody& body, const MatX& T) {
     node.psi = motions.middleRows(6 * i + 3, 3);
     if (node.sigma.size() > 0) node.sigma = MatX(node.sigma * T);
     for (MatX& h : node.phi2) h = congruent(h);
+    for (MatX& h : node.psi2) h = congruent(h);
   }
   return out;
 }

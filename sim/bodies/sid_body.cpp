@@ -463,6 +463,9 @@ class BodyOfSid {
     } else if (!source.psi && !node.phi.isZero(0.0) && lacks_) {
       lacks_->unturned.push_back(node.name);
     }
+    if (!has_order(source.psi, true)) return;
+    each(source.psi, true, [&](const SidEntry& e) { entry(node.psi2[e.row - 1], e.mode - 1, e.column - 1) = e.value; });
+    for (MatX& psi2 : node.psi2) make_symmetric(psi2, fmt::format("psi.M1 of node {}", source.id));
   }
 
   void take_stresses(const SidNode& source, FlexibleNode& node) {
@@ -572,17 +575,20 @@ SidFile from_flexible_body(const FlexibleBody& body, const std::string& comment)
     node.id = source.name.starts_with("node[") && source.name.ends_with("]") ? source.name.substr(5, source.name.size() - 6) : source.name;
     const Mat3X phi = zero(source.phi, 3, n), psi = zero(source.psi, 3, n);
     node.origin = make_sid_block(source.origin, columns(phi), n);
-    std::vector<MatX> phi1, ap1;
-    if (std::any_of(source.phi2.begin(), source.phi2.end(), [](const MatX& m) { return m.size() > 0; }))
-      for (int k = 0; k < n; ++k) {
-        MatX m = MatX::Zero(3, n);
-        for (int a = 0; a < 3; ++a)
-          if (source.phi2[a].size() > 0) m.row(a) = source.phi2[a].row(k);
-        phi1.push_back(std::move(m));
-      }
+    std::vector<MatX> ap1;
+    const auto by_mode = [n](const std::array<MatX, 3>& second) {
+      std::vector<MatX> out;
+      if (std::any_of(second.begin(), second.end(), [](const MatX& m) { return m.size() > 0; }))
+        for (int k = 0; k < n; ++k) {
+          MatX& m = out.emplace_back(MatX::Zero(3, n));
+          for (int a = 0; a < 3; ++a)
+            if (second[a].size() > 0) m.row(a) = second[a].row(k);
+        }
+      return out;
+    };
     for (int k = 0; k < n; ++k) ap1.push_back(skew(psi.col(k)) * source.rotation);
-    node.phi = make_sid_block(phi, phi1, n);
-    node.psi = make_sid_block(psi, {}, n);
+    node.phi = make_sid_block(phi, by_mode(source.phi2), n);
+    node.psi = make_sid_block(psi, by_mode(source.psi2), n);
     node.AP = make_sid_block(source.rotation, ap1, n);
     if (source.sigma.size() > 0) node.sigma = make_sid_block(MatX::Zero(6, 1), columns(source.sigma), n);
     sid.nodes.push_back(std::move(node));

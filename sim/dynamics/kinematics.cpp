@@ -101,12 +101,15 @@ Work make_work(const Model& model) {
     fw.pose = compose({node.rotation, node.origin}, f.offset);
     bool moves = body.n > 0 && (node.phi.cwiseAbs().maxCoeff() > 0.0 || node.psi.cwiseAbs().maxCoeff() > 0.0);
     for (const MatX& h : node.phi2) moves = moves || (h.size() > 0 && h.cwiseAbs().maxCoeff() > 0.0);
+    for (const MatX& h : node.psi2) moves = moves || (h.size() > 0 && h.cwiseAbs().maxCoeff() > 0.0);
     fw.flexible = moves;
     if (!moves) continue;
     fw.B = Mat6X::Zero(6, body.n);
     fw.rest_axes = f.offset.R.transpose() * node.rotation.transpose();
     for (const MatX& h : node.phi2)
       if (h.size() > 0 || node.along.size() > 0) fw.phi2q = Eigen::MatrixX3d::Zero(body.n, 3);
+    for (const MatX& h : node.psi2)
+      if (h.size() > 0) fw.psi2q = Eigen::MatrixX3d::Zero(body.n, 3);
     fw.scratch = VecX::Zero(body.n);
   }
   for (const Cluster& c : model.clusters) {
@@ -176,10 +179,15 @@ FLEXFRAME_INLINE bool has_body_axes(const FrameWork& fw) {
   return true;
 }
 
-// Node: r = origin + phi q + 1/2 q phi2 q,  R = exp(psi q) R0. N as in sized.h.
+// Node: r = origin + phi q + 1/2 q phi2 q,  R = exp(psi q + 1/2 q psi2 q) R0. N as in sized.h.
 template <int N>
 FLEXFRAME_INLINE void pose_frame(const FlexibleNode& node, const Pose& offset, const VecX& q, FrameWork& fw) {
   fw.theta = combine_sized<N>(node.psi, q);
+  for (int a = 0; a < 3; ++a) {
+    if (node.psi2[a].size() == 0) continue;
+    multiply_sized<N>(node.psi2[a], q.data(), &fw.psi2q(0, a));
+    fw.theta[a] += 0.5 * component_of<N>(fw.psi2q, a).dot(sized<N>(q));
+  }
   fw.series = RotationSeries(fw.theta.squaredNorm());
   const Mat3 turned = by_powers(fw.theta, fw.series.s, fw.series.b);
   Vec3 at = node.origin + combine_sized<N>(node.phi, q);
@@ -203,12 +211,13 @@ FLEXFRAME_INLINE void fill_jacobian(const FlexibleNode& node, const Pose& offset
   if (!has_body_axes(fw)) Jr = (fw.rest_axes * Jr).eval();
   const bool arm = !offset.p.isZero(0.0);
   const Mat3 A = arm ? Mat3(skew(Vec3(offset.R.transpose() * offset.p)) * Jr) : Mat3(Mat3::Zero());
-  const bool second = fw.phi2q.size() > 0;
+  const bool second = fw.phi2q.size() > 0, turned_twice = fw.psi2q.size() > 0;
   const Eigen::Index n = N > 0 ? N : fw.B.cols();
   for (Eigen::Index k = 0; k < n; ++k) {
     Vec3 u = node.phi.col(k);
     if (second) u += fw.phi2q.row(k).transpose();
-    const Vec3 turn = node.psi.col(k);
+    Vec3 turn = node.psi.col(k);
+    if (turned_twice) turn += fw.psi2q.row(k).transpose();
     Vec3 v;
     v.noalias() = Rt * u;
     if (arm) v.noalias() -= A * turn;
@@ -360,10 +369,19 @@ Vec2 rod_second(const Model& model, int frame, PlaneWork& work) {
   const PlaneNode& node = node_of(model, frame, work);
   return node.rod_axes * rod_bias(model, model.frames[frame].part, node.along, work);
 }
-Vec3 turning_rate(const Model& model, int frame, const Work& work) {
-  const FrameWork& fw = work.frames[frame];
+Vec3 turning_rate(const Model& model, int frame, Work& work) {
+  FrameWork& fw = work.frames[frame];
   const VecX& qd = work.parts[model.frames[frame].part].qd;
-  const Vec3 rate = right_jacobian_rate(fw.theta, combine(node_of(model, frame, work).psi, qd), fw.series);
+  const FlexibleNode& node = node_of(model, frame, work);
+  Vec3 turning = combine(node.psi, qd), more = Vec3::Zero();
+  for (int a = 0; a < 3; ++a) {
+    if (node.psi2[a].size() == 0) continue;
+    turning[a] += fw.psi2q.col(a).dot(qd);
+    multiply_sized<0>(node.psi2[a], qd.data(), fw.scratch.data());
+    more[a] = fw.scratch.dot(qd);
+  }
+  Vec3 rate = right_jacobian_rate(fw.theta, turning, fw.series);
+  if (fw.psi2q.size() > 0) rate += by_powers(fw.theta, -fw.series.b, fw.series.c) * more;
   return has_body_axes(fw) ? rate : Vec3(fw.rest_axes * rate);
 }
 double turning_rate(const Model&, int, const PlaneWork&) { return 0.0; }

@@ -135,9 +135,9 @@ template <class S>
 struct NodeMotion;
 template <>
 struct NodeMotion<Space> {
-  Vec3 theta = Vec3::Zero();  // rotation vector psi q and its series
+  Vec3 theta = Vec3::Zero();  // rotation vector psi q + 1/2 q psi2 q and its series
   RotationSeries series{0.0};
-  Eigen::MatrixX3d phi2q;             // n x 3 (where there is any)
+  Eigen::MatrixX3d phi2q, psi2q;      // n x 3 each (where there is any)
   Mat3 rest_axes = Mat3::Identity();  // body axes to the undeformed frame's
 };
 template <>

@@ -118,7 +118,10 @@ void leave_out(const std::vector<std::string>& without, FlexibleBody& body) {
       for (MatX& b : body.md2) b.resize(0, 0);
       for (MatX& b : body.J2) b.resize(0, 0);
       for (FlexibleNode& node : body.nodes)
-        for (MatX& b : node.phi2) b.resize(0, 0);
+        for (size_t a = 0; a < 3; ++a) {
+          node.phi2[a].resize(0, 0);
+          node.psi2[a].resize(0, 0);
+        }
     } else if (effect == "damping") {
       body.De.resize(0, 0);
     }

@@ -21,7 +21,8 @@ struct Weighted {
 // Adds the rows of the rigid motion at `centre` that fits the translations of `nodes` best: (sum w B^T B)^-1 sum w B^T u, B = [1,
 // -skew(r)]. Rotations about a line on which all nodes lie cannot be seen by them: they are the mean of the nodes' own, zero where these
 // have none. rows: 0 all six, 3 rotations only. Returns the middle.
-Vec3 fit(const FeModel& model, const FeSystem& system, const Weighted& of, const Vec3& centre, int from_row, Triplets& out) {
+Vec3 fit(const FeModel& model, const FeSystem& system, const Weighted& of, const Vec3& centre, int from_row, Triplets& out,
+         FeAttachment* into = nullptr) {
   const std::vector<int>& nodes = of.nodes;
   const auto weight = [&](size_t i) { return of.weights.empty() ? 1.0 : of.weights[i]; };
   double size = 0.0, total = 0.0;
@@ -48,6 +49,10 @@ Vec3 fit(const FeModel& model, const FeSystem& system, const Weighted& of, const
   for (int k = 0; k < 3; ++k)
     if (eigen.eigenvalues()(k) > 1e-10 * size * size * scale) inverse(k) = 1.0 / eigen.eigenvalues()(k);
   const Mat3 pseudo = eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
+  if (into) {
+    into->spread = 0.5 * inertia.trace() * Mat3::Identity() - inertia;
+    into->fitted = pseudo;
+  }
   const Vec3 arm = centre - middle;
   const Mat3 unseen = eigen.eigenvectors() * inverse.unaryExpr([](double k) { return k == 0.0 ? 1.0 : 0.0; }).asDiagonal() *
                       eigen.eigenvectors().transpose();
@@ -124,7 +129,7 @@ FeAttachment averaging_attachment(const FeModel& model, const FeSystem& system, 
   a.id = spider.name.empty() ? fmt::format("{}", model.node_ids[spider.node]) : spider.name;
   a.position = model.nodes[spider.node];
   Triplets t;
-  a.arm = a.position - fit(model, system, {spider.slaves, spider.weights}, a.position, 0, t);
+  a.arm = a.position - fit(model, system, {spider.slaves, spider.weights}, a.position, 0, t, &a);
   if (t.empty()) throw InputError(fmt::format("{}: spider '{}' reaches no node of an element", model.file, spider.name));
   a.motion.resize(6, system.size);
   a.motion.setFromTriplets(t.begin(), t.end());

@@ -10,6 +10,8 @@ struct FeAttachment {
   Vec3 position = Vec3::Zero();
   Eigen::SparseMatrix<double, Eigen::RowMajor> motion;  // 6 x size: translations, rotations; its transpose distributes a force and a moment
   bool own_rotation = true;                             // false: from the neighbours' motion
+  Mat3 spread = Mat3::Zero();                           // of an averaging spider: sum w r r^T about its middle
+  Mat3 fitted = Mat3::Zero();                           // (tr spread 1 - spread)^-1, zero about a line that holds all nodes
   Vec3 arm = Vec3::Zero();  // from the place whose translation is taken (an averaging spider's middle): in second order the point moves by
                             // theta x (theta x arm) / 2 besides
 };

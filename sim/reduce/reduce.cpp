@@ -613,15 +613,28 @@ class Reducer {
     if (!attachment.arm.isZero(0.0)) fill_arm((attachment.motion * U).bottomRows(3), attachment.arm, first, into);
   }
 
+  // Nodes that turn about their middle by theta move by theta x (theta x r) / 2 in second order, of which the fit of their displacements
+  // makes a turn where they are spread unevenly; there is none.
+  static void take_out_fit(const FeAttachment& attachment, const MatX& U, Eigen::Ref<MatX> from) {
+    if (attachment.spread.isZero(0.0)) return;
+    const MatX theta = (attachment.motion * U).bottomRows(3), spread = attachment.spread * theta;
+    int at = 0;
+    for (Eigen::Index k = 0; k < theta.cols(); ++k)
+      for (Eigen::Index j = 0; j <= k; ++j, ++at)
+        from.col(at) +=
+            0.5 * attachment.fitted * (Vec3(theta.col(j)).cross(Vec3(spread.col(k))) + Vec3(theta.col(k)).cross(Vec3(spread.col(j))));
+  }
+
   // Second-order terms of all kinds come from K u2_jk = -g_jk. Either each u2_jk is found, or, by reciprocity, the displacement of each
   // load that acts on it.
   void add_stiffening(const MatX& U) {
     const int n = out.body.n, pairs = n * (n + 1) / 2;
     const bool everywhere = pairs <= options.stiffening_limit || options.stiffening_forced;
     say("second-order displacements");
-    // Rows: md (3), Cr (3), J (6), then three translations a node.
-    const int nodes = everywhere ? static_cast<int>(attachments.size()) : static_cast<int>(options.interfaces.size());
-    MatX second(12 + 3 * nodes, pairs);
+    // Rows: md (3), Cr (3), J (6), then three translations a node, then three rotations of each interface.
+    const int interfaces = static_cast<int>(options.interfaces.size());
+    const int nodes = everywhere ? static_cast<int>(attachments.size()) : interfaces, turns = 12 + 3 * nodes;
+    MatX second(turns + 3 * interfaces, pairs);
     // Seen at a node, a hundred thousandth is far below what the second order itself leaves out.
     constexpr double tolerance = 1e-6;
     if (everywhere) {
@@ -642,12 +655,16 @@ class Reducer {
         for (Eigen::Index i = 0; i < nodes; ++i) {
           second.block(12 + 3 * i, first, 3, count) = (attachments[i].motion * U2).topRows(3);
           add_own_arm(attachments[i], U, first, second.block(12 + 3 * i, first, 3, count));
+          if (i < interfaces) second.block(turns + 3 * i, first, 3, count) = (attachments[i].motion * U2).bottomRows(3);
         }
       }
     } else {
-      MatX loads(system.size, 12 + 3 * static_cast<Eigen::Index>(nodes));
+      MatX loads(system.size, second.rows());
       loads.leftCols(12) = linear_mass_loads(model, system);
-      for (Eigen::Index i = 0; i < nodes; ++i) loads.middleCols(12 + 3 * i, 3) = MatX(attachments[i].motion.topRows(3).transpose());
+      for (Eigen::Index i = 0; i < nodes; ++i) {
+        loads.middleCols(12 + 3 * i, 3) = MatX(attachments[i].motion.topRows(3).transpose());
+        loads.middleCols(turns + 3 * i, 3) = MatX(attachments[i].motion.bottomRows(3).transpose());
+      }
       const MatX W = reduced.expand(solver->respond(reduced.restrict(loads), 0.0, &basis, tolerance));
       second = -second_order_work(model, system, U, W).transpose();
       // The arms' ends are moved against the forces that hold them: load less K W.
@@ -659,7 +676,7 @@ class Reducer {
       }
       for (Eigen::Index i = 0; i < nodes; ++i) add_own_arm(attachments[i], U, 0, second.middleRows(12 + 3 * i, 3));
       note(fmt::format("geometric stiffening of {}inertia; forces at other nodes have none ({} coordinates)",
-                       options.interfaces.empty() ? "" : "forces at the interfaces and of ", n));
+                       options.interfaces.empty() ? "" : "forces and moments at the interfaces and of ", n));
     }
     FlexibleBody& body = out.body;
     const bool mean_axes = solver->rigid() == 6;
@@ -676,8 +693,12 @@ class Reducer {
       body.Cr1[a] += row(3 + a);
     }
     for (int r = 0; r < 6; ++r) body.J2[r] += row(6 + r);
+    for (int i = 0; i < interfaces; ++i) take_out_fit(attachments[i], U, second.middleRows(turns + 3 * i, 3));
     for (int i = 0; i < nodes; ++i)
-      for (int a = 0; a < 3; ++a) body.nodes[i].phi2[a] = row(12 + 3 * i + a);
+      for (int a = 0; a < 3; ++a) {
+        body.nodes[i].phi2[a] = row(12 + 3 * i + a);
+        if (i < interfaces && attachments[i].own_rotation) body.nodes[i].psi2[a] = row(turns + 3 * i + a);
+      }
     lap("stiffening");
   }
 

@@ -236,6 +236,7 @@ TEST(ReduceStatic, BothWaysToStiffeningAgree) {
     };
     for (int a = 0; a < 3; ++a) {
       same(loads.body.nodes[1].phi2[a], pairs.body.nodes[1].phi2[a], "phi2");
+      same(loads.body.nodes[1].psi2[a], pairs.body.nodes[1].psi2[a], "psi2");
       same(loads.body.md2[a], pairs.body.md2[a], "md2");
       same(loads.body.Cr1[a], pairs.body.Cr1[a], "Cr1");
     }

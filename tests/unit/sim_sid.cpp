@@ -313,8 +313,10 @@ FlexibleBody random_body(int n, bool stiffening) {
     fill(node.phi);
     node.psi.resize(3, n);
     fill(node.psi);
-    if (stiffening)
+    if (stiffening) {
       for (MatX& m : node.phi2) symmetric(m);
+      for (MatX& m : node.psi2) symmetric(m);
+    }
     node.sigma.resize(6, n);
     fill(node.sigma);
     b.nodes.push_back(std::move(node));
@@ -356,6 +358,7 @@ void expect_same(const FlexibleBody& a, const FlexibleBody& b) {
     same(a.nodes[i].psi, b.nodes[i].psi, "psi");
     same(a.nodes[i].sigma, b.nodes[i].sigma, "sigma");
     for (int k = 0; k < 3; ++k) same(a.nodes[i].phi2[k], b.nodes[i].phi2[k], "phi2");
+    for (int k = 0; k < 3; ++k) same(a.nodes[i].psi2[k], b.nodes[i].psi2[k], "psi2");
   }
 }
 
