@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
@@ -54,8 +55,8 @@ std::vector<Vec3> given_points(const TableReader& reader) {
   return out;
 }
 
-// n: steps from one end to the other, or more.
-std::vector<Vec3> computed_points(const TableReader& reader, bool closed, int n) {
+// least: steps from one end to the other, or more.
+std::vector<Vec3> computed_points(const TableReader& reader, bool closed, int least) {
   // u is whatever the expressions make of it: an angle, a way.
   const double from = reader.number("from", 0.0, any_number.in("*")), to = reader.number("to", 1.0, any_number.in("*"));
   if (!(to > from)) reader.fail("to", fmt::format("must be greater than 'from', {}; found {}", from, to));
@@ -79,7 +80,13 @@ std::vector<Vec3> computed_points(const TableReader& reader, bool closed, int n)
   }
   const Place place = [&](double u) { return Vec3(xyz[0](u), xyz[1](u), xyz[2](u)); };
   std::vector<Vec3> out;
+  // Whether steps follow the curve is seen with as few as would do.
+  int n = std::min(least, points_of_expressions);
   while (!follows(place, from, to, n, out) && n < most_points_of_expressions) n *= 2;
+  if (n < least) {
+    out.clear();
+    for (int i = 0; i <= least; ++i) out.push_back(place(from + (to - from) * i / least));
+  }
   if (!closed) return out;
   double size = 0.0;
   for (const Vec3& p : out) size = std::max(size, (p - out.front()).norm());
@@ -114,9 +121,9 @@ std::shared_ptr<const SpaceCurve> read_curve(const TableReader& outer, std::stri
     reader.allow({"points", "x", "y", "z", "from", "to", "closed"});
     reader.fail("needs 'points', rows of x, y, z (m), or 'x', 'y', 'z', expressions of u");
   }
-  const int n = key == "axis" ? points_of_axes : points_of_expressions;
+  const int least = key == "axis" ? points_of_axes : points_of_expressions;
   try {
-    return curve_through(points ? given_points(reader) : computed_points(reader, closed, n), closed);
+    return curve_through(points ? given_points(reader) : computed_points(reader, closed, least), closed);
   } catch (const InputError& error) {
     // Messages of the keys themselves have file and line already.
     const std::string what = error.what();
