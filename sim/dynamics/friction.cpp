@@ -17,20 +17,26 @@
 namespace flexframe::sim {
 namespace {
 
-// Component of a joint's reaction force (axes of the joint) that presses its surfaces together.
-Vec3 pressing(const TreeJoint& joint, const Vec3& force) {
+// Component of a joint's reaction force (axes of its outboard frame) that presses together the surfaces on which the point slips.
+template <class W>
+Vec3 reaction_force(const FrictionPoint& p, const Model& model, const FrictionState& friction, const W& work) {
+  const TreeJoint& joint = model.parts[p.part].joint;
+  const Vec3 force = friction.scratch.part[p.part].head<3>();
   switch (traits(joint.kind).pressing) {
     case Pressing::across_axis:
       return force - joint.axis.dot(force) * joint.axis;
     case Pressing::along_axis:
       return joint.axis.dot(force) * joint.axis;
+    case Pressing::across_slide: {
+      // Springs and friction along it are the joint's force too.
+      if (!is_length(joint.kind, p.rate)) return force;
+      const typename W::In::Twist motion = work.parts[p.part].joint.S.col(p.rate);
+      const Vec3 way = in_space(work, joint.outboard, motion).template head<3>();
+      return force - way * (way.dot(force) / way.squaredNorm());
+    }
     default:
       return force;
   }
-}
-
-Vec3 reaction_force(const FrictionPoint& p, const Model& model, const FrictionState& friction) {
-  return pressing(model.parts[p.part].joint, Vec3(friction.scratch.part[p.part].head<3>()));
 }
 
 // A group that sticks and slips as one.
@@ -114,7 +120,7 @@ void solve_reaction_friction(const Model& model, FrictionState& friction, W& wor
 
   std::vector<Vec3> none(m);
   std::vector<std::vector<Vec3>> per(m, std::vector<Vec3>(m));
-  const auto reaction = [&](Eigen::Index i) { return reaction_force(friction.points[slipping[i]], model, friction); };
+  const auto reaction = [&](Eigen::Index i) { return reaction_force(friction.points[slipping[i]], model, friction, work); };
   for (Eigen::Index i = 0; i < m; ++i) none[i] = reaction(i);
   // A probe as large as the forces that are about to act keeps its digits.
   for (Eigen::Index j = 0; j < m; ++j) {
@@ -275,7 +281,7 @@ void update_friction_accelerations(const Model& model, FrictionState& friction, 
   else update_accelerations(model, work);
   if (friction.reactions)
     for (FrictionPoint& p : friction.points)
-      if (p.law.reaction) p.normal = reaction_force(p, model, friction).norm();
+      if (p.law.reaction) p.normal = reaction_force(p, model, friction, work).norm();
   if (!sticking) return;
   // Multipliers of the locks.
   for (size_t c = 0; c < model.clusters.size(); ++c) {

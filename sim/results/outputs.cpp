@@ -73,11 +73,14 @@ void joint_columns(const Model& model, const OutputPlan& plan, Work& work, const
   }
 }
 
-void reaction_columns(const Model& model, const OutputPlan& plan, const Work& work, const Reactions& reactions, double* out) {
+void reaction_columns(const Model& model, const OutputPlan& plan, Work& work, const Reactions& reactions, double* out) {
   Vec6 F;
   Mat3 R;
   if (plan.loop >= 0) {
+    const LoopJoint& loop = model.loops[plan.loop];
     F = reactions.loop[plan.loop];
+    // Of joints of the tree it is within; axes do not turn about themselves.
+    if (loop.spring) F.segment<3>(is_length(loop.kind, 0) ? 0 : 3) += loop_spring_force(model, work, plan.loop) * loop.axis;
     R = frame_world(model, work, model.loops[plan.loop].b).R;
   } else {
     const TreeJoint& j = model.parts[plan.joint_part].joint;

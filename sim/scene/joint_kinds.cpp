@@ -316,7 +316,7 @@ constexpr std::array table{
                 .rates = "mr",
                 .quaternion = -1,
                 .surfaces = "ab",
-                .pressing = Pressing::all,
+                .pressing = Pressing::across_slide,
                 .in_plane = InPlane::axis_normal,
                 .closure = ClosureFacts{"yz", "xzyz"},
                 .place = in_slot,

@@ -20,8 +20,8 @@
 namespace flexframe::sim {
 
 // What presses the surfaces together on which a joint's friction acts: of the joint's force all, what is normal to the axis, what is along
-// it.
-enum class Pressing { all, across_axis, along_axis };
+// it, or all but what is along the way of the coordinate that slides.
+enum class Pressing { all, across_axis, along_axis, across_slide };
 
 // A mechanism that moves in a plane may have the joint with any axis, with one normal to the plane, with one in the plane, or not at all.
 enum class InPlane { any_axis, axis_normal, axis_within, never };

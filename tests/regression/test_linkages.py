@@ -317,8 +317,52 @@ def many_turns(folder):
     expect("whole turns" in said, f"a shaft behind a universal joint, few samples: {said}")
 
 
+def rubbing_slot(folder):
+    """A block that slides down a slot, rubbed by what presses it across the slot."""
+    slope, coefficient, g, mass = math.pi / 6, 0.5, 9.81, 2
+    text = simulation(0.5, output_rate=20, gravity=[0, -g, 0]) + rigid("block", mass=mass, inertia=[0.1, 0.1, 0.1])
+    friction = {"coefficient": coefficient, "normal_force": "reaction", "radius": 1e-6}
+    text += joint("slot", "pin-slot", "ground", "block", rotation=[0, 0, -slope], friction=friction)
+    text += output("way", "slot", "value") + output("rubs", "slot", "friction_force")
+    (folder / "slot.toml").write_text(text)
+    run("simulate", folder / "slot.toml", "--csv", folder / "h.csv", "--no-error-estimate")
+    h = history(folder / "h.csv")
+    way, rubs = (next(column for column in h if column.startswith(name)) for name in ("way", "rubs"))
+    down = g * (math.sin(slope) - coefficient * math.cos(slope))
+    for k, t in enumerate(h["t"]):
+        near(h[way][k], 0.5 * down * t * t, 1e-6, f"slot, t = {t:.3g}: way")
+        if k > 0:
+            near(h[rubs][k], -coefficient * mass * g * math.cos(slope), 1e-6, f"slot, t = {t:.3g}: friction")
+
+
+def sprung_loop(folder):
+    """The guide of a slider-crank closes its loop and has a spring: its reaction contains that, as it would within a tree."""
+    crank, rod, stiffness, rest, turn = 0.1, 0.3, 500.0, 0.5, 0.7
+    lean = math.asin(crank * math.sin(turn) / rod)
+    slide = crank * math.cos(turn) + rod * math.cos(lean)
+    text = simulation(0.01, output_rate=200)
+    text += rigid("crank", mass=1, inertia=[0.1, 0.1, 0.1], frames={"end": [crank, 0, 0]})
+    text += rigid("rod", mass=1, inertia=[0.1, 0.1, 0.1], frames={"end": [rod, 0, 0]})
+    text += rigid("piston", mass=1, inertia=[0.1, 0.1, 0.1])
+    text += joint("guide", "prismatic", "ground", "piston", axis=[1, 0, 0], spring={"stiffness": stiffness, "rest": rest})
+    text += joint("shaft", "revolute", "ground", "crank", motion=str(turn))
+    rubbing = {"coefficient": 0.1, "normal_force": 0, "radius": 0.01}
+    text += joint("wrist", "revolute", "rod.end", "piston", initial={"guess": lean}, friction=rubbing)
+    text += joint("big end", "revolute", "crank.end", "rod", initial={"guess": -turn - lean}, friction=rubbing)
+    for name in ("guide", "wrist", "shaft"):
+        text += output(name, name, "reaction")
+    (folder / "sprung.toml").write_text(text)
+    run("simulate", folder / "sprung.toml", "--csv", folder / "h.csv", "--no-error-estimate")
+    h = history(folder / "h.csv")
+    push = stiffness * (rest - slide)
+    near(h["guide.x"][0], push, 1e-6 * abs(push), "the guide's force along it, its spring")
+    near(h["wrist.x"][0], -push, 1e-6 * abs(push), "the wrist holds against the spring")
+    near(h["guide.y"][0], -h["wrist.y"][0], 1e-6 * abs(push), "the guide across it")
+    near(h["shaft.x"][0], -push, 1e-6 * abs(push), "the shaft holds against the spring")
+
+
 with temporary_folder() as folder:
     folder = pathlib.Path(folder)
-    for linkage in (jansen, watt, stephenson, quick_return, stewart, far_pins, many_turns):
+    for linkage in (jansen, watt, stephenson, quick_return, stewart, far_pins, many_turns, rubbing_slot, sprung_loop):
         linkage(folder)
 finish()
