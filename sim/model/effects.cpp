@@ -341,7 +341,7 @@ const EffectInfo* find_effect(std::string_view name) {
 std::vector<EffectState> modal_effects(const BodyDef& body, const ModalDef& modal, const FlexibleBody& made) {
   const auto any = [](const auto& blocks) { return std::any_of(blocks.begin(), blocks.end(), [](const MatX& b) { return b.size() > 0; }); };
   const bool second = any(made.md2) || any(made.J2) ||
-                      std::any_of(made.nodes.begin(), made.nodes.end(), [&](const FlexibleNode& n) { return any(n.phi2); });
+                      std::any_of(made.nodes.begin(), made.nodes.end(), [&](const FlexibleNode& n) { return any(n.phi2) || any(n.psi2); });
   std::vector<EffectState> out;
   const auto add = [&](const char* name, bool there) {
     const bool left_out = has(modal.effects.without, name);

@@ -29,11 +29,15 @@ NodePaths::NodePaths(const Part& part, const std::vector<int>& nodes) {
     if (n == 0) continue;
     linear.middleRows<3>(3 * i) = node.phi;
     linear.middleRows<3>(3 * (count + i)) = node.psi;
-    for (Eigen::Index a = 0; a < 3; ++a)
-      if (const MatX& h = node.phi2[a]; h.size() > 0) {
-        seconds_of_.push_back(3 * i + a);
-        seconds.push_back(&h);
-      }
+    const auto add_second = [&](Eigen::Index at, const MatX& h) {
+      if (h.size() == 0) return;
+      seconds_of_.push_back(at);
+      seconds.push_back(&h);
+    };
+    for (Eigen::Index a = 0; a < 3; ++a) {
+      add_second(3 * i + a, node.phi2[a]);
+      add_second(3 * (count + i) + a, node.psi2[a]);
+    }
   }
   quadratic_.resize(static_cast<Eigen::Index>(seconds.size()), seconds_of_.empty() ? 0 : n * (n + 1) / 2);
   for (Eigen::Index c = 0; c < quadratic_.rows(); ++c) {

@@ -44,7 +44,9 @@ void expect_exact(const Part& part, const Pose& shown, const std::vector<int>& n
       const FlexibleNode& node = part.body.nodes[static_cast<size_t>(nodes[i])];
       Vec3 at = node.origin + node.phi * q;
       for (Eigen::Index a = 0; a < 3; ++a) at[a] += 0.5 * q.dot(node.phi2[static_cast<size_t>(a)] * q);
-      const Vec3 theta = node.psi * q;
+      Vec3 theta = node.psi * q;
+      for (Eigen::Index a = 0; a < 3; ++a)
+        if (const MatX& h = node.psi2[static_cast<size_t>(a)]; h.size() > 0) theta[a] += 0.5 * q.dot(h * q);
       const Mat3 R = shown.R * (theta.norm() > 0.0 ? turned(theta.norm(), theta) : Mat3(Mat3::Identity())) * node.rotation;
       const Mat3 rest = part.rest_in_body.R * node.rotation;
       const Vec3 moved = shown.R * at + shown.p - (part.rest_in_body.R * node.origin + part.rest_in_body.p);
@@ -63,6 +65,7 @@ TEST(NodeMotion, EqualsTheExactKinematicsOfEveryNode) {
   Part part;
   part.body = beam();
   for (size_t i = 0; i < part.body.nodes.size(); ++i) part.body.nodes[i].rotation = turned(0.3 * static_cast<double>(i), {1.0, 0.2, -0.4});
+  for (MatX& h : part.body.nodes.back().psi2) h = 0.1 * MatX::Identity(part.body.n, part.body.n);
   part.rest_in_body = {turned(0.8, {0.3, -1.0, 0.5}), Vec3(0.4, -2.0, 0.1)};
   const Pose shown{turned(-1.1, {1.0, 1.0, 0.2}), Vec3(1.0, 0.3, -0.7)};
   std::vector<int> nodes;
