@@ -628,7 +628,7 @@ BodyModel make_body_model(const sim::ResultBody& body, const BodyDrawing& drawin
 
   // The map of an elastic body; a body whose nodes never move is drawn as a rigid one.
   // A pure twist turns the nodes on the axis and moves none; a rod that carries without stretching has stress all the same.
-  const auto moves = [](const sim::MatX& values) { return values.size() > 0 && values.cwiseAbs().maxCoeff() > 0.0; };
+  const auto moves = [](const auto& values) { return values.size() > 0 && values.cwiseAbs().maxCoeff() > 0.0; };
   const bool carries = (by_section || settings.color_by == ColorBy::stress) && moves(body.load_strain);
   model.flexible = !body.nodes.empty() && (moves(body.displacement) || moves(body.rotation) || carries);
   if (!model.flexible) return model;

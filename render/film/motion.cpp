@@ -76,7 +76,8 @@ sim::Pose held_pose(const sim::ResultBody& body, const SamplePlace& place) {
 namespace {
 
 // A row of a series, straight between samples.
-void row_at(const sim::MatX& series, const SamplePlace& place, std::vector<double>& out) {
+template <class Series>
+void row_at(const Series& series, const SamplePlace& place, std::vector<double>& out) {
   out.resize(static_cast<size_t>(series.cols()));
   for (Eigen::Index k = 0; k < series.cols(); ++k) {
     double value = series(place.index, k);

@@ -135,7 +135,7 @@ glm::dmat4 place_pose(const sim::Results& results, const FramePlace& frame, cons
   const sim::ResultBody& body = results.bodies[frame.body];
   const glm::dmat4 pose = body_pose(body, at);
   if (frame.node < 0 || body.displacement.size() == 0) return pose * local;
-  const auto value = [&](const sim::MatX& series, int node, int c) {
+  const auto value = [&](const sim::RowsX& series, int node, int c) {
     const double now = series(at.index, 3 * node + c);
     return at.share > 0.0 ? now + at.share * (series(at.index + 1, 3 * node + c) - now) : now;
   };

@@ -17,8 +17,10 @@ namespace {
 
 constexpr const char* later_opacity = "0.55";
 
-sim::MatX resampled(const sim::MatX& rows, const std::vector<SamplePlace>& places) {
-  sim::MatX out(rows.rows() == 0 ? 0 : std::ssize(places), rows.cols());
+template <class Series>
+Series resampled(const Series& rows, const std::vector<SamplePlace>& places) {
+  Series out;
+  out.resize(rows.rows() == 0 ? 0 : std::ssize(places), rows.cols());
   for (Eigen::Index i = 0; i < out.rows(); ++i) {
     const SamplePlace& at = places[i];
     out.row(i) = rows.row(at.index);

@@ -31,9 +31,9 @@ sim::ResultBody thinned(const sim::ResultBody& body, size_t count) {
     out.nodes.push_back(body.nodes[at]);
     kept.push_back(static_cast<Eigen::Index>(at));
   }
-  const auto columns = [&](const sim::MatX& m) {
-    if (m.size() == 0) return sim::MatX();
-    sim::MatX r(m.rows(), 3 * static_cast<Eigen::Index>(kept.size()));
+  const auto columns = [&](const sim::RowsX& m) {
+    if (m.size() == 0) return sim::RowsX();
+    sim::RowsX r(m.rows(), 3 * static_cast<Eigen::Index>(kept.size()));
     for (size_t k = 0; k < kept.size(); ++k) r.middleCols<3>(3 * static_cast<Eigen::Index>(k)) = m.middleCols<3>(3 * kept[k]);
     return r;
   };

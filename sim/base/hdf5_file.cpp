@@ -51,9 +51,12 @@ Id make_group(hid_t parent, const std::string& name) {
   return {done(H5Gcreate2(parent, name.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT)), H5Gclose};
 }
 
-// rows x (cols of any shape): dims[0] = values.rows(), the product of the others = values.cols().
-void write_numbers(hid_t parent, const std::string& name, const Eigen::Ref<const MatX>& values, std::vector<hsize_t> dims,
-                   const std::string& unit, const std::string& meaning) {
+namespace {
+
+// A chunk at a time, row by row.
+template <class Values>
+void write_chunks(hid_t parent, const std::string& name, const Values& values, const std::vector<hsize_t>& dims, const std::string& unit,
+                  const std::string& meaning) {
   if (values.size() == 0) return;
   const std::size_t row_bytes = values.cols() * sizeof(double);
   const auto block = static_cast<hsize_t>(std::clamp<std::size_t>(chunk_bytes / row_bytes, 1, static_cast<std::size_t>(values.rows())));
@@ -67,18 +70,34 @@ void write_numbers(hid_t parent, const std::string& name, const Eigen::Ref<const
   if (!unit.empty()) write_attribute(set, "unit", unit);
   write_attribute(set, "meaning", meaning);
 
-  // a chunk at a time, turned to row-major
-  RowMajor rows;
+  RowsX turned;
   for (hsize_t first = 0; first < dims[0]; first += block) {
     const hsize_t count = std::min(block, dims[0] - first);
-    rows = values.middleRows(static_cast<Eigen::Index>(first), static_cast<Eigen::Index>(count));
+    const auto chunk_rows = values.middleRows(static_cast<Eigen::Index>(first), static_cast<Eigen::Index>(count));
+    const double* numbers = chunk_rows.data();
+    if constexpr (!Values::IsRowMajor) {
+      turned = chunk_rows;
+      numbers = turned.data();
+    }
     std::vector<hsize_t> start(dims.size(), 0), extent = dims;
     start[0] = first;
     extent[0] = count;
     check(H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, extent.data(), nullptr));
     const Id memory(done(H5Screate_simple(static_cast<int>(extent.size()), extent.data(), nullptr)), H5Sclose);
-    check(H5Dwrite(set, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, rows.data()));
+    check(H5Dwrite(set, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, numbers));
   }
+}
+
+}  // namespace
+
+void write_numbers(hid_t parent, const std::string& name, const Eigen::Ref<const MatX>& values, std::vector<hsize_t> dims,
+                   const std::string& unit, const std::string& meaning) {
+  write_chunks(parent, name, values, dims, unit, meaning);
+}
+
+void write_rows(hid_t parent, const std::string& name, const RowsX& values, const std::vector<hsize_t>& dims, const std::string& unit,
+                const std::string& meaning) {
+  write_chunks(parent, name, values, dims, unit, meaning);
 }
 
 namespace {

@@ -21,8 +21,6 @@ namespace flexframe::sim::hdf5 {
 
 constexpr std::size_t chunk_bytes = 256u << 10;
 
-using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
 // HDF5 prints its error stack unless told not to; restores the caller's setting.
 class Quiet {
  public:
@@ -82,6 +80,8 @@ Id make_group(hid_t parent, const std::string& name);
 // rows x (cols of any shape): dims[0] = values.rows(), the product of the others = values.cols(). Nothing where there are no values.
 void write_numbers(hid_t parent, const std::string& name, const Eigen::Ref<const MatX>& values, std::vector<hsize_t> dims,
                    const std::string& unit, const std::string& meaning);
+void write_rows(hid_t parent, const std::string& name, const RowsX& values, const std::vector<hsize_t>& dims, const std::string& unit,
+                const std::string& meaning);
 void write_texts(hid_t parent, const std::string& name, const std::vector<std::string>& texts);
 
 // `parts` nn x n (a node's x y z, or its stresses, below each other) as nn rows of `parts` n, and back.

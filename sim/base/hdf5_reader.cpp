@@ -199,6 +199,16 @@ std::vector<std::string> Reader::texts(hid_t parent, const std::string& name, co
 
 MatX Reader::numbers(hid_t parent, const std::string& name, const std::string& path, const std::vector<hsize_t>& shape, bool optional,
                      std::vector<hsize_t>* dims_out) const {
+  return read_numbers<MatX>(parent, name, path, shape, optional, dims_out);
+}
+
+RowsX Reader::rows(hid_t parent, const std::string& name, const std::string& path, const std::vector<hsize_t>& shape, bool optional) const {
+  return read_numbers<RowsX>(parent, name, path, shape, optional, nullptr);
+}
+
+template <class Values>
+Values Reader::read_numbers(hid_t parent, const std::string& name, const std::string& path, const std::vector<hsize_t>& shape,
+                            bool optional, std::vector<hsize_t>* dims_out) const {
   const std::string label = fmt::format("dataset '{}{}'", path, name);
   if (!has(parent, name)) {
     if (optional) return {};
@@ -224,28 +234,33 @@ MatX Reader::numbers(hid_t parent, const std::string& name, const std::string& p
   if (values_held * sizeof(double) > 1100.0 * 8.0 * static_cast<double>(H5Dget_storage_size(set)))
     fail(label, fmt::format("claims {:.3g} values but holds {} bytes", values_held, H5Dget_storage_size(set)));
 
-  // blocks of rows, turned to column-major
+  // blocks of rows
   hsize_t cols = 1;
   for (std::size_t i = 1; i < dims.size(); ++i) cols *= dims[i];
-  MatX values(static_cast<Eigen::Index>(dims[0]), static_cast<Eigen::Index>(cols));
+  Values values(static_cast<Eigen::Index>(dims[0]), static_cast<Eigen::Index>(cols));
   const hsize_t block = std::clamp<hsize_t>(4 * chunk_bytes / (cols * sizeof(double)), 1, dims[0]);
-  RowMajor rows;
+  RowsX block_rows;
   for (hsize_t first = 0; first < dims[0]; first += block) {
     const hsize_t count = std::min(block, dims[0] - first);
-    rows.resize(static_cast<Eigen::Index>(count), static_cast<Eigen::Index>(cols));
+    auto part = values.middleRows(static_cast<Eigen::Index>(first), static_cast<Eigen::Index>(count));
+    double* numbers = part.data();
+    if constexpr (!Values::IsRowMajor) {
+      block_rows.resize(static_cast<Eigen::Index>(count), static_cast<Eigen::Index>(cols));
+      numbers = block_rows.data();
+    }
     std::vector<hsize_t> start(dims.size(), 0), extent = dims;
     start[0] = first;
     extent[0] = count;
     H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, extent.data(), nullptr);
     const Id memory(H5Screate_simple(static_cast<int>(extent.size()), extent.data(), nullptr), H5Sclose);
-    if (H5Dread(set, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, rows.data()) < 0)
+    if (H5Dread(set, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, numbers) < 0)
       fail(label, "cannot be read (damaged or cut short?): " + hdf5_reason());
-    if (!rows.allFinite()) {
-      for (Eigen::Index i = 0; i < rows.rows(); ++i)
-        if (!rows.row(i).allFinite())
+    if constexpr (!Values::IsRowMajor) part = block_rows;
+    if (!part.allFinite()) {
+      for (Eigen::Index i = 0; i < part.rows(); ++i)
+        if (!part.row(i).allFinite())
           fail(label, fmt::format("holds a value that is not finite in row {}", first + static_cast<hsize_t>(i)));
     }
-    values.middleRows(static_cast<Eigen::Index>(first), static_cast<Eigen::Index>(count)) = rows;
   }
   return values;
 }

@@ -42,9 +42,13 @@ class Reader {
   // found one.
   MatX numbers(hid_t parent, const std::string& name, const std::string& path, const std::vector<hsize_t>& shape, bool optional,
                std::vector<hsize_t>* dims_out = nullptr) const;
+  RowsX rows(hid_t parent, const std::string& name, const std::string& path, const std::vector<hsize_t>& shape, bool optional) const;
   static std::string shape_text(const std::vector<hsize_t>& shape);
 
  private:
+  template <class Values>
+  Values read_numbers(hid_t parent, const std::string& name, const std::string& path, const std::vector<hsize_t>& shape, bool optional,
+                      std::vector<hsize_t>* dims_out) const;
   // Whether the file's bytes contain the head of a global heap's collection: "GCOL", version 1, three bytes of any value, its size.
   static bool holds_global_heap(std::ifstream& file);
   // Not valid: there is none, which is all right where it is optional.

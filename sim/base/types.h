@@ -1,4 +1,5 @@
-// Vocabulary types of the simulation. SI units throughout; column vectors; matrices column-major (Eigen's default).
+// Vocabulary types of the simulation. SI units throughout; column vectors; matrices column-major (Eigen's default) where
+// their type does not say otherwise.
 #pragma once
 
 #include "sim/base/error.h"
@@ -17,6 +18,8 @@ using VecX = Eigen::VectorXd;
 using Mat3 = Eigen::Matrix3d;
 using Mat6 = Eigen::Matrix<double, 6, 6>;
 using MatX = Eigen::MatrixXd;
+// Series that are written and read a row at a time.
+using RowsX = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 using Mat3X = Eigen::Matrix3Xd;
 using Mat6X = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 using Quat = Eigen::Quaterniond;

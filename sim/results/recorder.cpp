@@ -156,9 +156,9 @@ Recorder::Recorder(System& system, const std::vector<double>& times) {
       if (const auto* modal = std::get_if<ModalDef>(&def.kind); modal && !chosen.empty()) set_node_shapes(part.body, chosen, body);
       before = here;
     }
-    body.displacement = MatX::Zero(nt, 3 * static_cast<Eigen::Index>(body.nodes.size()));
-    body.rotation = MatX::Zero(nt, 3 * static_cast<Eigen::Index>(body.nodes.size()));
-    body.q = body.qd = MatX::Zero(nt, n);
+    body.displacement = RowsX::Zero(nt, 3 * static_cast<Eigen::Index>(body.nodes.size()));
+    body.rotation = RowsX::Zero(nt, 3 * static_cast<Eigen::Index>(body.nodes.size()));
+    body.q = body.qd = RowsX::Zero(nt, n);
     results_.bodies.push_back(std::move(body));
     first_parts_.push_back(first_piece(model, static_cast<int>(b)));
     ResultBody& added = results_.bodies.back();
@@ -201,8 +201,6 @@ Recorder::Recorder(System& system, const std::vector<double>& times) {
   results_.kinetic = results_.strain = results_.potential = results_.supplied = results_.dissipated = VecX::Zero(nt);
   table_ = MatX::Zero(static_cast<Eigen::Index>(plans_.columns.size()), nt);
 
-  for (ResultBody& b : results_.bodies)
-    rows_.push_back({TableRows(b.displacement), TableRows(b.rotation), TableRows(b.q), TableRows(b.qd)});
   translation_.resize(results_.bodies.size());
   rotation_.resize(results_.bodies.size());
   shown_.resize(results_.bodies.size());
@@ -228,10 +226,10 @@ void Recorder::record(System& system, double t, const VecX& y) {
     }
     body.position.row(row) = world_[b].p.transpose();
     write_quaternion(world_[b].R, body.orientation, row);
-    translation_[b] = rows_[b].displacement.next();
-    rotation_[b] = rows_[b].rotation.next();
-    body_coordinates(model, static_cast<int>(b), work.q, false, rows_[b].q.next());
-    body_coordinates(model, static_cast<int>(b), work.w, true, rows_[b].qd.next());
+    translation_[b] = body.displacement.row(row).data();
+    rotation_[b] = body.rotation.row(row).data();
+    body_coordinates(model, static_cast<int>(b), work.q, false, body.q.row(row).data());
+    body_coordinates(model, static_cast<int>(b), work.w, true, body.qd.row(row).data());
   }
   for (Piece& piece : pieces_) {
     const size_t b = piece.body;
@@ -267,8 +265,6 @@ void Recorder::record(System& system, double t, const VecX& y) {
 }
 
 Results Recorder::finish(const System&) {
-  for (BodyRows& rows : rows_)
-    for (TableRows* table : {&rows.displacement, &rows.rotation, &rows.q, &rows.qd}) table->flush();
   for (size_t k = 0; k < plans_.columns.size(); ++k)
     results_.outputs.push_back({plans_.columns[k], plans_.units[k], table_.row(static_cast<Eigen::Index>(k)).transpose(),
                                 plans_.descriptions[k], plans_.sizes[k]});

@@ -8,33 +8,11 @@
 #include "sim/results/outputs.h"
 #include "sim/time/system.h"
 
-#include <algorithm>
 #include <memory>
 #include <optional>
 #include <utility>
 
 namespace flexframe::sim {
-
-// A table that is written row by row. Its columns lie one after the other in memory: rows are collected and laid down together.
-class TableRows {
- public:
-  explicit TableRows(MatX& table) : table_(&table), collected_(table.cols(), std::min<Eigen::Index>(32, table.rows())) {}
-  // Where the numbers of the next row go.
-  double* next() {
-    if (count_ == collected_.cols()) flush();
-    return collected_.col(count_++).data();
-  }
-  void flush() {
-    table_->middleRows(first_, count_) = collected_.leftCols(count_).transpose();
-    first_ += count_;
-    count_ = 0;
-  }
-
- private:
-  MatX* table_;
-  MatX collected_;
-  Eigen::Index first_ = 0, count_ = 0;
-};
 
 // After frames were added to the model (plan_outputs): the work space grows with them, the coordinates and partitions stay.
 void grow_work(System& system);
@@ -72,10 +50,6 @@ class Recorder {
   std::vector<double*> translation_, rotation_;  // rows of the sample, of every body
   std::vector<Pose> shown_, world_;              // shown frame of every body, in its first part and in the world; of the sample
   std::vector<int> joint_frames_;
-  struct BodyRows {
-    TableRows displacement, rotation, q, qd;
-  };
-  std::vector<BodyRows> rows_;       // of results_.bodies
   std::optional<LoadStrain> loads_;  // of scenes whose pictures show stress
   Reactions reactions_;
   Results results_;

@@ -39,9 +39,9 @@ struct ResultBody {
   Eigen::MatrixX3d position;      // nt x 3, origin of the body frame in world axes, m
   Eigen::MatrixX4d orientation;   // nt x 4, unit quaternion w x y z, body to world
   std::vector<ResultNode> nodes;  // nn simulation nodes; empty for a rigid body
-  MatX displacement;              // nt x 3 nn: ux uy uz of node 0, of node 1, ...; m
-  MatX rotation;                  // nt x 3 nn, rad; empty: unknown
-  MatX q, qd;                     // nt x n elastic coordinates and rates (all parts, in order)
+  RowsX displacement;             // nt x 3 nn: ux uy uz of node 0, of node 1, ...; m
+  RowsX rotation;                 // nt x 3 nn, rad; empty: unknown
+  RowsX q, qd;                    // nt x n elastic coordinates and rates (all parts, in order)
   // Modal bodies only: displacement of the nodes per elastic coordinate, so that a renderer can map modes once.
   MatX node_phi;  // 3 nn x n or empty
   MatX node_psi;  // 3 nn x n or empty

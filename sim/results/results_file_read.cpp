@@ -100,8 +100,8 @@ ResultBody read_body(const Reader& reader, hid_t group, const std::string& name,
   for (hsize_t i = 0; i < nn; ++i)
     body.nodes.push_back({names.empty() ? fmt::format("node[{}]", i) : names[i], origins.row(static_cast<Eigen::Index>(i)).transpose()});
   if (nn > 0) {
-    body.displacement = reader.numbers(group, "displacement", path, {nt, nn, 3}, false);
-    body.rotation = reader.numbers(group, "rotation", path, {nt, nn, 3}, true);
+    body.displacement = reader.rows(group, "displacement", path, {nt, nn, 3}, false);
+    body.rotation = reader.rows(group, "rotation", path, {nt, nn, 3}, true);
   }
 
   body.node_von_mises = reader.numbers(group, "node_von_mises", path, {nt, nn}, true);
@@ -112,9 +112,9 @@ ResultBody read_body(const Reader& reader, hid_t group, const std::string& name,
     body.color.push_back(part);
   }
 
-  body.q = reader.numbers(group, "q", path, {nt, Reader::any}, true);
+  body.q = reader.rows(group, "q", path, {nt, Reader::any}, true);
   const auto n = static_cast<hsize_t>(body.q.cols());
-  body.qd = reader.numbers(group, "qd", path, {nt, n}, true);
+  body.qd = reader.rows(group, "qd", path, {nt, n}, true);
   body.labels = reader.texts(group, "labels", path);
   if (!body.labels.empty() && body.labels.size() != n)
     reader.fail(fmt::format("dataset '{}labels'", path),

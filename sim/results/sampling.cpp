@@ -43,12 +43,14 @@ Miss missed(const VecX& t, const VecX& x, const VecX& v) {
 // Whether a node of the body moves fast by more than a thousandth of what the farthest one swings by: coordinates that hardly move it may
 // run as fast as they like. Less than what can be seen, as accelerations show more of it.
 bool nodes_run_fast(const ResultBody& body, Eigen::Index first, Eigen::Index count) {
-  double fastest = 0.0, farthest = 0.0;
-  for (Eigen::Index k = 0; k < body.displacement.cols(); ++k) {
-    const VecX way = body.displacement.col(k).segment(first, count);
-    fastest = std::max(fastest, fast_part(way, count - 1));
-    farthest = std::max(farthest, (way.array() - way.mean()).matrix().norm());
+  const auto ways = body.displacement.middleRows(first, count);
+  const Eigen::RowVectorXd mean = ways.colwise().sum() / static_cast<double>(count);
+  Eigen::RowVectorXd fast = Eigen::RowVectorXd::Zero(ways.cols()), far = fast;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    far += (ways.row(i) - mean).cwiseAbs2();
+    if (i > 0 && i + 1 < count) fast += (ways.row(i) - 0.5 * (ways.row(i - 1) + ways.row(i + 1))).cwiseAbs2();
   }
+  const double fastest = std::sqrt(fast.maxCoeff()), farthest = std::sqrt(far.maxCoeff());
   constexpr double hardly_moves = 1e-3;
   return fastest > hardly_moves * farthest;
 }
@@ -61,16 +63,13 @@ std::optional<FastMotion> faster_than_samples(const Results& results, Eigen::Ind
   const VecX t = results.times.segment(first, count);
   std::optional<FastMotion> out;
   double worst = missed_way;
-  const auto look = [&](const std::string& owner, const MatX& value, const MatX& rate) {
+  const auto look = [&](const std::string& owner, const auto& value, const auto& rate) {
     if (value.cols() != rate.cols() || value.cols() == 0) return;
-    double fastest = 0.0, largest = 0.0;
+    const Eigen::RowVectorXd rates = rate.middleRows(first, count).colwise().norm();
+    const double fastest = rates.maxCoeff(), largest = value.middleRows(first, count).colwise().norm().maxCoeff();
     for (Eigen::Index k = 0; k < rate.cols(); ++k) {
-      fastest = std::max(fastest, rate.col(k).segment(first, count).norm());
-      largest = std::max(largest, value.col(k).segment(first, count).norm());
-    }
-    for (Eigen::Index k = 0; k < rate.cols(); ++k) {
+      if (rates[k] < small_share * fastest) continue;
       const VecX v = rate.col(k).segment(first, count);
-      if (v.norm() < small_share * fastest) continue;
       const Miss miss = missed(t, value.col(k).segment(first, count), v);
       if (miss.share < worst || miss.swing < rounding * largest) continue;
       worst = miss.share;

@@ -4,6 +4,7 @@
 #include "sim/bodies/beam_pieces.h"
 #include "sim/results/histories.h"
 #include "sim/results/sampling.h"
+#include "sim/results/series.h"
 #include "sim/scene/curve.h"
 #include "sim/scene/section.h"
 
@@ -40,8 +41,9 @@ constexpr double rest = 1e-9;
 Swing swing_of(const ResultBody& body, double duration) {
   Swing out;
   Eigen::Index most = -1;
-  for (Eigen::Index c = 0; c < body.displacement.cols(); ++c)
-    if (const double r = body.displacement.col(c).maxCoeff() - body.displacement.col(c).minCoeff(); r > out.range) out.range = r, most = c;
+  const VecX ranges = column_ranges(body.displacement);
+  for (Eigen::Index c = 0; c < ranges.size(); ++c)
+    if (ranges[c] > out.range) out.range = ranges[c], most = c;
   if (body.displacement.size() == 0 || !(duration > 0.0)) return out;
   if (const double deflection = body.displacement.cwiseAbs().maxCoeff(); most < 0 || out.range <= rest * deflection) {
     out.range = deflection;
@@ -60,8 +62,9 @@ Swing twist_of(const ResultBody& body, double duration) {
   Swing out;
   out.about = true;
   Eigen::Index most = -1;
-  for (Eigen::Index c = 0; c < body.rotation.cols(); c += 3)
-    if (const double r = body.rotation.col(c).maxCoeff() - body.rotation.col(c).minCoeff(); r > out.range) out.range = r, most = c;
+  const VecX ranges = column_ranges(body.rotation);
+  for (Eigen::Index c = 0; c < ranges.size(); c += 3)
+    if (ranges[c] > out.range) out.range = ranges[c], most = c;
   if (most < 0 || !(duration > 0.0) || out.range <= rest * body.rotation.cwiseAbs().maxCoeff()) return {};
   const auto column = body.rotation.col(most);
   out.step = duration / static_cast<double>(column.size() - 1);

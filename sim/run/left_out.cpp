@@ -5,6 +5,7 @@
 #include "sim/dynamics/kinematics.h"
 #include "sim/model/bodies.h"
 #include "sim/results/histories.h"
+#include "sim/results/series.h"
 #include "sim/scene/force_kinds.h"
 #include "sim/start/statics.h"
 
@@ -589,8 +590,9 @@ LeftOut::Drift LeftOut::drift(const Item& item, const Results& results, Unseen& 
     const ResultBody& body = results.bodies[b];
     Eigen::Index most = -1;
     double range = 0.0;
-    for (Eigen::Index c = 0; c < body.displacement.cols(); ++c)
-      if (const double r = body.displacement.col(c).maxCoeff() - body.displacement.col(c).minCoeff(); r > range) range = r, most = c;
+    const VecX ranges = column_ranges(body.displacement);
+    for (Eigen::Index c = 0; c < ranges.size(); ++c)
+      if (ranges[c] > range) range = ranges[c], most = c;
     if (most < 0) continue;
     const auto column = body.displacement.col(most);
     for (size_t k = 0, i = 0; k < times_.size(); ++k) {

@@ -51,10 +51,11 @@ double radians_swung(const VecX& history) {
 
 // Turn of the node that turns farthest at some time, signed by its larger component, so that a swing through zero counts once.
 VecX signed_turn(const ResultBody& body) {
-  Eigen::Index node = 0, row = 0;
+  Eigen::Index node = 0;
   double largest = 0.0;
-  for (Eigen::Index k = 0; k + 2 < body.rotation.cols(); k += 3)
-    if (const double turn = body.rotation.middleCols<3>(k).rowwise().norm().maxCoeff(&row); turn > largest) largest = turn, node = k;
+  for (Eigen::Index row = 0; row < body.rotation.rows(); ++row)
+    for (Eigen::Index k = 0; k + 2 < body.rotation.cols(); k += 3)
+      if (const double turn = body.rotation.block<1, 3>(row, k).squaredNorm(); turn > largest) largest = turn, node = k;
   VecX out = body.rotation.middleCols<3>(node).rowwise().norm();
   Eigen::Index axis = 0;
   body.rotation.middleCols<3>(node).cwiseAbs().colwise().maxCoeff().maxCoeff(&axis);
@@ -197,8 +198,8 @@ std::vector<LinearLimit> linear_limits(const Scene& scene, const Model& model, c
       // A volume's frame turns with it: what counts is how far it bends.
       VecX from = VecX::Zero(rows);
       for (Eigen::Index row = 0; row < rows && pieces > 1; ++row) from[row] = tangent_turn(rotation(row, nodes.front()));
-      for (const Eigen::Index k : nodes)  // columns are what lies together
-        for (Eigen::Index row = 0; row < rows; ++row)
+      for (Eigen::Index row = 0; row < rows; ++row)
+        for (const Eigen::Index k : nodes)
           turn[row] = std::max(turn[row], beam ? std::abs(tangent_turn(rotation(row, k)) - from[row]) : rotation(row, k).norm());
       Eigen::Index at = 0;
       const double largest = turn.maxCoeff(&at), mean_square = turn.squaredNorm() / static_cast<double>(rows);

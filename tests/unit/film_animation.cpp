@@ -409,7 +409,7 @@ TEST(Animation, RoundingOfPositionsIsNoSpeed) {
   sim::Results r = test::swinging_beam(0.1);
   for (sim::ResultBody& b : r.bodies)
     for (Eigen::Index i = 0; i < r.times.size(); ++i) {
-      for (sim::MatX* m : {&b.displacement, &b.rotation, &b.q})
+      for (sim::RowsX* m : {&b.displacement, &b.rotation, &b.q})
         if (m->size() > 0) m->row(i) = m->row(40).eval();
       b.position.row(i) = b.position.row(40).eval();
       b.orientation.row(i) = b.orientation.row(40).eval();
