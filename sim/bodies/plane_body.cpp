@@ -88,7 +88,7 @@ bool leaves_plane(const FlexibleNode& node, const Mat3& Q) {
   const MatX phi = Q.transpose() * node.phi, psi = Q.transpose() * node.psi;
   if (!small(phi.row(2), largest(phi)) || !small(psi.topRows<2>(), largest(psi))) return true;
   // Second order of its rotation is not followed in the plane: there is none where beams bend alone, in rings there is.
-  constexpr double solved = 1e-5;  // of reductions, whose solutions are a tenth as exact
+  constexpr double solved = 1e-5;  // reductions solve for it to a tenth of that
   for (int a = 0; a < 3; ++a)
     if (largest(component(node.psi2, Q, a, n)) > solved * std::pow(largest(psi), 2)) return true;
   return !small(component(node.phi2, Q, 2, n), std::max(largest(component(node.phi2, Q, 0, n)), largest(component(node.phi2, Q, 1, n))));
