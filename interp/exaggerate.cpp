@@ -54,8 +54,12 @@ void split(const MeshView& mesh, std::span<const float> displacement, Eigen::Ind
 
 }  // namespace
 
+// A displacement below this share of the size is the rounding of what it came from (and, of a metre, smaller than any atom).
+constexpr double rounding = 1e-12;
+
 double auto_scale(double maximum, double size) {
   if (!(maximum > 0.0) || !(size > 0.0) || !std::isfinite(maximum) || !std::isfinite(size)) return 1.0;
+  if (maximum < rounding * size) return 1.0;
   const double wanted = 0.1 * size / maximum;
   if (wanted <= 1.0) return 1.0;
   const double decade = std::pow(10.0, std::floor(std::log10(wanted)));

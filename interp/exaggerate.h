@@ -17,7 +17,8 @@
 namespace flexframe::interp {
 
 // Largest exaggerated displacement a tenth of the model's size, rounded down to 1, 2 or 5 times a power of ten; at least 1.
-// maximum: largest |u| over all frames, size: diagonal of the model's box, both in m. 1 if nothing moves.
+// maximum: largest |u| over all frames, size: diagonal of the model's box, both in m. 1 if nothing moves
+// beyond rounding, 1e-12 of the size.
 double auto_scale(double maximum, double size);
 
 // Largest rotation of a triangle by the displacement, radians, area-weighted 99.9 % quantile (a sliver does not decide).

@@ -26,6 +26,9 @@ constexpr std::array<double, 3> pilot_tolerances{1e-4, 1e-6, 1e-8};
 constexpr double most_by_samples = 0.1, least_for_simulation = 0.4;
 // The accuracies that a search is asked for, as shares of the largest motion.
 constexpr double finest = 1e-9, coarsest = 0.05;
+// A search more where a place may be off by so many times more or less than it was asked for, and as many searches at most.
+constexpr double another_allowance = 1.5;
+constexpr int most_questions = 3;
 // An output that counts for nothing: any difference is none of its size.
 constexpr double beyond_measure = 1e300;
 constexpr const char* witness_prefix = "picture(";
@@ -226,6 +229,55 @@ int finer_samples(double share, double allowed) {
 
 bool is_witness(const std::string& column) { return column.starts_with(witness_prefix); }
 
+// What the simulation is asked for: shares of the largest motion. An output that may be so many metres off has the size that makes them so.
+struct Question {
+  sim::Scene scene;
+  std::vector<Witness> places;
+  double accuracy = coarsest;
+};
+
+Question make_question(const sim::Scene& plain, const Animation& animation, bool pixels, double for_simulation) {
+  Question out;
+  out.scene = plain;
+  out.places = witnesses(out.scene, animation, pixels, for_simulation / std::sqrt(2.0));
+  for (sim::OutputDef& output : out.scene.outputs) output.size = beyond_measure;
+  double least = std::numeric_limits<double>::infinity();
+  for (const Witness& w : out.places)
+    if (w.output.quantity != sim::Quantity::rotation) least = std::min(least, w.allowed);
+  const double motion = largest_motion(*animation.results);
+  if (std::isfinite(least) && motion > 0.0) out.accuracy = std::clamp(least / motion, finest, coarsest);
+  for (Witness& w : out.places) {
+    w.output.size = w.allowed / out.accuracy;
+    out.scene.outputs.push_back(w.output);
+  }
+  return out;
+}
+
+sim::Results answer(const Question& question, const sim::SimulateOptions& options, const sim::SettingsMemory* memory,
+                    const std::string& words) {
+  std::optional<sim::SettingsMemory> own;
+  if (memory) {
+    own = *memory;
+    std::string text = memory->question + words;
+    for (const Witness& w : question.places) text += fmt::format("{} {:.17g}\n", w.output.name, w.output.size);
+    own->question = sim::sha256(text);
+  }
+  sim::Results results = sim::simulate_to_accuracy(question.scene, question.accuracy, options, own ? &*own : nullptr);
+  std::erase_if(results.outputs, [](const sim::ResultOutput& out) { return is_witness(out.column); });
+  for (sim::ResultOutput& out : results.outputs) out.size = 0.0;
+  return results;
+}
+
+// Whether a place must be kept closer than it was asked for, or, where the answer missed, need not be kept so close.
+bool asks_for_more(const Question& next, const Question& before, bool missed) {
+  return std::any_of(next.places.begin(), next.places.end(), [&](const Witness& w) {
+    const auto old =
+        std::find_if(before.places.begin(), before.places.end(), [&](const Witness& b) { return b.output.name == w.output.name; });
+    if (old == before.places.end() || w.allowed < old->allowed / another_allowance) return true;
+    return missed && w.allowed > another_allowance * old->allowed;
+  });
+}
+
 // Notes of the run in the words of pictures: what a search says of shares of outputs that nobody asked for is said anew, in distances.
 sim::Notes in_pictures_words(const sim::Notes& notes) {
   sim::Notes out;
@@ -257,36 +309,23 @@ sim::Results simulate_for_pictures(const sim::Scene& scene, const RenderSettings
     chosen.push_back(fmt::format("output_rate {:g}", plain.simulation.output_rate));
   }
   const double for_simulation = std::max(least_for_simulation * asked.value, asked.value - way.map - way.samples - way.raster);
-
-  // The simulation is asked for shares of the largest motion; an output that may be so many metres off has the size that makes them so.
-  sim::Scene searched = plain;
-  std::vector<Witness> places = witnesses(searched, first, asked.pixels, for_simulation / std::sqrt(2.0));
-  for (sim::OutputDef& output : searched.outputs) output.size = beyond_measure;
-  double least = std::numeric_limits<double>::infinity();
-  for (const Witness& w : places)
-    if (w.output.quantity != sim::Quantity::rotation) least = std::min(least, w.allowed);
-  const double motion = largest_motion(pilot);
-  const double accuracy = std::isfinite(least) && motion > 0.0 ? std::clamp(least / motion, finest, coarsest) : coarsest;
-  for (Witness& w : places) {
-    w.output.size = w.allowed / accuracy;
-    searched.outputs.push_back(w.output);
-  }
-  std::optional<sim::SettingsMemory> own;
-  if (memory) {
-    own = *memory;
-    std::string question = memory->question + asked.words;
-    for (const Witness& w : places) question += fmt::format("{} {:.17g}\n", w.output.name, w.output.size);
-    own->question = sim::sha256(question);
-  }
   sim::SimulateOptions o = options;
   o.tolerance.reset();
   o.accuracy.reset();
-  sim::Results results = sim::simulate_to_accuracy(searched, accuracy, o, own ? &*own : nullptr);
-  std::erase_if(results.outputs, [](const sim::ResultOutput& out) { return is_witness(out.column); });
-  for (sim::ResultOutput& out : results.outputs) out.size = 0.0;
+  Question question = make_question(plain, first, asked.pixels, for_simulation);
+  sim::Results results = answer(question, o, memory, asked.words);
+  Animation drawn = make_animation(results, settings, &plain);
+  for (int more = 0; more < most_questions - 1; ++more) {
+    // The pilot may have had other effects, so that deformations are exaggerated more or less than it told.
+    Question next = make_question(plain, drawn, asked.pixels, for_simulation);
+    if (!asks_for_more(next, question, results.statistics.error_estimate > question.accuracy)) break;
+    question = std::move(next);
+    results = answer(question, o, memory, asked.words);
+    drawn = make_animation(results, settings, &plain);
+  }
 
   // Judged with the nodes and cameras of the run itself.
-  const Animation drawn = make_animation(results, settings, &plain);
+  const double accuracy = question.accuracy;
   const WayShares last = way_shares(drawn, plain, asked.pixels);
   sim::SolverStatistics& s = results.statistics;
   sim::PictureShares shares;

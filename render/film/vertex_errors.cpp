@@ -146,11 +146,12 @@ VertexDistance vertices_apart(const Animation& animation, const sim::Results& ot
     if (!model.visible || model.mesh.positions.empty()) continue;
     const sim::ResultBody moved = with_mesh_of(other.bodies[b], model);
     BodyModel there;
-    if (model.flexible) {
+    // A body may stay as it is in one run and bend in the other.
+    if (model.flexible || !moved.nodes.empty()) {
       BodyDrawing drawing;
       drawing.def = definition(scene, moved.name);
       there = make_body_model(moved, drawing, animation.settings, static_cast<int>(b));
-      if (there.mesh.positions.size() != model.mesh.positions.size())
+      if ((model.flexible || there.flexible) && there.mesh.positions.size() != model.mesh.positions.size())
         throw sim::InputError("body '" + moved.name + "' has another mesh in the other run: vertices cannot be compared");
     }
     BodyMemory here_memory, there_memory;
@@ -158,15 +159,13 @@ VertexDistance vertices_apart(const Animation& animation, const sim::Results& ot
     for (size_t n = 0; n < pictures.size(); ++n) {
       const double t = picture_time(animation, pictures[n]);
       const SamplePlace place = find_sample(results.times, t), place_there = find_sample(other.times, t);
-      if (model.flexible) {
-        update_displacement(model, results.bodies[b], place, here_memory);
-        update_displacement(there, moved, place_there, there_memory);
-      }
+      if (model.flexible) update_displacement(model, results.bodies[b], place, here_memory);
+      if (there.flexible) update_displacement(there, moved, place_there, there_memory);
       const glm::dmat4 pose = body_pose(results.bodies[b], place), pose_there = body_pose(other.bodies[b], place_there);
       for (const double scale : animation.scales) {
         scaled_vertices(animation, model, scale, here_memory, here_at);
-        if (model.flexible) scaled_vertices(animation, there, scale, there_memory, there_at);
-        const std::vector<glm::dvec3>& their = model.flexible ? there_at : here_at;
+        if (there.flexible) scaled_vertices(animation, there, scale, there_memory, there_at);
+        const std::vector<glm::dvec3>& their = there.flexible ? there_at : model.mesh.positions;
         for (size_t i = 0; i < here_at.size(); ++i) {
           const glm::dvec3 p = placed(pose, here_at[i]), q = placed(pose_there, their[i]);
           out.widen(views[n].apart(p, q), glm::length(p - q), pictures[n], b, p);

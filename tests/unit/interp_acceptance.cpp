@@ -626,6 +626,8 @@ TEST(InterpAcceptance, Exaggeration) {
   EXPECT_EQ(auto_scale(0.09, 1.0), 1.0);
   EXPECT_EQ(auto_scale(0.5, 1.0), 1.0);
   EXPECT_EQ(auto_scale(0.0, 1.0), 1.0);
+  EXPECT_EQ(auto_scale(1e-11, 1.0), 1e10);
+  EXPECT_EQ(auto_scale(1e-13, 1.0), 1.0);
   // A bar bent into a small arc, exaggerated to 60 degrees: corotated keeps length and section, linear swells it.
   const Body bar = make_bar(1.0, 0.05, 61, 16);
   const double angle = 0.01, scale = std::numbers::pi / 3.0 / angle;
