@@ -153,7 +153,7 @@ def richer(case, far, fine):
             words += ["--set", f"{key}modes=" + "{" + ",".join(f"{d}={v}" for d, v in more.items()) + "}"]
         elif b.get("model") == "lumped":
             words += ["--set", f"{key}elements={b.get('elements', 10) * (4 if fine else 3)}"]
-        elif far:
+        elif far and "without" not in b:  # volumes have again what the scene leaves out
             words += ["--set", f'{key}model="mixed"', "--set", f"{key}volumes={16 if fine else 10}", "--set", f"{key}elements=2"]
         else:
             words += ["--set", f"{key}elements={96 if fine else 64}", "--set", f"{key}keep_modes={32 if fine else 20}"]
