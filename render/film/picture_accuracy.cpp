@@ -3,6 +3,7 @@
 #include "render/film/animation.h"
 #include "render/film/vertex_errors.h"
 #include "sim/accuracy/accuracy.h"
+#include "sim/accuracy/settings_memory.h"
 #include "sim/base/cpu_clock.h"
 #include "sim/base/file_output.h"
 
@@ -12,6 +13,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numbers>
 #include <set>
 
@@ -253,18 +255,24 @@ Question make_question(const sim::Scene& plain, const Animation& animation, bool
   return out;
 }
 
+void drop_witnesses(sim::Results& results) {
+  std::erase_if(results.outputs, [](const sim::ResultOutput& out) { return is_witness(out.column); });
+  for (sim::ResultOutput& out : results.outputs) out.size = 0.0;
+}
+
+// found: what the search ended with.
 sim::Results answer(const Question& question, const sim::SimulateOptions& options, const sim::SettingsMemory* memory,
-                    const std::string& words) {
-  std::optional<sim::SettingsMemory> own;
+                    const std::string& words, const std::shared_ptr<sim::RememberedSettings>& found) {
+  sim::SettingsMemory own;
   if (memory) {
     own = *memory;
     std::string text = memory->question + words;
     for (const Witness& w : question.places) text += fmt::format("{} {:.17g}\n", w.output.name, w.output.size);
-    own->question = sim::sha256(text);
+    own.question = sim::sha256(text);
   }
-  sim::Results results = sim::simulate_to_accuracy(question.scene, question.accuracy, options, own ? &*own : nullptr);
-  std::erase_if(results.outputs, [](const sim::ResultOutput& out) { return is_witness(out.column); });
-  for (sim::ResultOutput& out : results.outputs) out.size = 0.0;
+  own.found = found;
+  sim::Results results = sim::simulate_to_accuracy(question.scene, question.accuracy, options, &own);
+  drop_witnesses(results);
   return results;
 }
 
@@ -312,21 +320,33 @@ sim::Results simulate_for_pictures(const sim::Scene& scene, const RenderSettings
   sim::SimulateOptions o = options;
   o.tolerance.reset();
   o.accuracy.reset();
+  const auto found = std::make_shared<sim::RememberedSettings>();
   Question question = make_question(plain, first, asked.pixels, for_simulation);
-  sim::Results results = answer(question, o, memory, asked.words);
+  sim::Results results = answer(question, o, memory, asked.words, found);
   Animation drawn = make_animation(results, settings, &plain);
   for (int more = 0; more < most_questions - 1; ++more) {
     // The pilot may have had other effects, so that deformations are exaggerated more or less than it told.
     Question next = make_question(plain, drawn, asked.pixels, for_simulation);
     if (!asks_for_more(next, question, results.statistics.error_estimate > question.accuracy)) break;
     question = std::move(next);
-    results = answer(question, o, memory, asked.words);
+    results = answer(question, o, memory, asked.words, found);
     drawn = make_animation(results, settings, &plain);
   }
 
   // Judged with the nodes and cameras of the run itself.
-  const double accuracy = question.accuracy;
-  const WayShares last = way_shares(drawn, plain, asked.pixels);
+  const double accuracy = question.accuracy, unit = for_simulation / accuracy;
+  WayShares last = way_shares(drawn, plain, asked.pixels);
+  const double others = std::max(0.0, results.statistics.error_estimate) * unit + last.map + last.raster;
+  const bool by_samples = results.statistics.accuracy && others < asked.value && others + last.samples > asked.value;
+  if (const int factor = finer_samples(last.samples, asked.value); by_samples && factor > 1) {
+    // It vibrates as the pilot's loose steps did not: the same run once more, with more samples.
+    plain.simulation.output_rate *= factor;
+    results = sim::run_with_settings(*found, plain.simulation.output_rate, o);
+    drop_witnesses(results);
+    drawn = make_animation(results, settings, &plain);
+    last = way_shares(drawn, plain, asked.pixels);
+    chosen = {fmt::format("output_rate {:g}", plain.simulation.output_rate)};
+  }
   sim::SolverStatistics& s = results.statistics;
   sim::PictureShares shares;
   shares.asked = asked.words;
@@ -346,7 +366,6 @@ sim::Results simulate_for_pictures(const sim::Scene& scene, const RenderSettings
     shares.doubt = "no setting was found, so that only the error of the time integration is known";
   }
   sim::AccuracyStatement& a = *s.accuracy;
-  const double unit = for_simulation / accuracy;
   simulated = std::max(0.0, s.error_estimate) * unit;
   shares.time = a.time * unit;
   shares.space = a.space * unit;

@@ -285,23 +285,31 @@ double check_result(const Task& t, const Finished& found, double accuracy, Resul
 
 namespace {
 
-// The run that an earlier search ended with; none where it does not come to the same numbers.
-std::optional<Results> run_again(const RememberedSettings& kept, const SettingsMemory& memory, const SimulateOptions& options) {
+// Makes the run of settings that were found before; its statement of the error is the search's.
+Results run_as_found(const RememberedSettings& kept, const Scene& scene, const SimulateOptions& options) {
   SimulateOptions o = options;
   o.tolerance.reset();
   o.method = kept.method;
   o.estimate_error = false;
   std::vector<LinearLimit> limits;
+  Results results = run_for_check(scene, o, limits);
+  SolverStatistics& s = results.statistics;
+  s.error_estimate = kept.statistics.error_estimate;
+  s.error_column = kept.statistics.error_column;
+  s.accuracy = kept.statistics.accuracy;
+  s.accuracy->search_cpu = 0.0;
+  s.notes = kept.statistics.notes;
+  return results;
+}
+
+// The run that an earlier search ended with; none where it does not come to the same numbers.
+std::optional<Results> run_again(const RememberedSettings& kept, const SettingsMemory& memory, const SimulateOptions& options) {
   try {
-    Results results = run_for_check(kept.scene, o, limits);
+    Results results = run_as_found(kept, kept.scene, options);
     if (outputs_fingerprint(results) != kept.outputs) return std::nullopt;
-    SolverStatistics& s = results.statistics;
-    s.error_estimate = kept.statistics.error_estimate;
-    s.error_column = kept.statistics.error_column;
-    s.accuracy = kept.statistics.accuracy;
-    s.accuracy->search_cpu = 0.0;
-    s.notes = kept.statistics.notes;
-    s.notes.tell("", fmt::format("settings of an earlier search are used: {}; --fresh searches anew", memory.file.filename().string()));
+    if (memory.found) *memory.found = kept;
+    results.statistics.notes.tell(
+        "", fmt::format("settings of an earlier search are used: {}; --fresh searches anew", memory.file.filename().string()));
     return results;
   } catch (const SimulationError&) {
     return std::nullopt;
@@ -378,7 +386,7 @@ Results stated(Task& t, Finished found, const Searched& searched, const Settings
                                                             : ""));
   if (out.search_cpu > dear_search && out.search_cpu > 10.0 * cpu)
     s.notes.tell("", fmt::format("the search took {:.0f} times the CPU time of the run that it ended with{}",
-                                 out.search_cpu / std::max(cpu, 1e-9), memory ? ", whose settings are kept for the next time" : ""));
+                                 out.search_cpu / std::max(cpu, 1e-9), memory && !memory->file.empty() ? ", whose settings are kept for the next time" : ""));
   if (!found.scene.simulation.static_start && nothing_counts(to_histories(results), found.looser))
     s.notes.warn("",
                  "no output moves by more than what rounding could make of the mechanism's size: the accuracy is not judged; take outputs "
@@ -393,7 +401,11 @@ Results stated(Task& t, Finished found, const Searched& searched, const Settings
                                accuracy, s.error_estimate, found.column, bending));
   }
   s.accuracy = out;
-  if (memory) remember_settings(*memory, {found.scene, found.method, s, outputs_fingerprint(results)});
+  if (memory) {
+    const RememberedSettings kept{found.scene, found.method, s, outputs_fingerprint(results)};
+    remember_settings(*memory, kept);
+    if (memory->found) *memory->found = kept;
+  }
   return results;
 }
 
@@ -490,6 +502,12 @@ Results simulate_to_accuracy(const Scene& as_given, double accuracy, const Simul
   }
   t.lacking = std::move(lacking);
   return stated(t, std::move(*best), {start, begun, allowed, as_written, std::move(changed)}, memory);
+}
+
+Results run_with_settings(const RememberedSettings& found, double output_rate, const SimulateOptions& options) {
+  Scene scene = found.scene;
+  scene.simulation.output_rate = output_rate;
+  return run_as_found(found, scene, options);
 }
 
 Results simulate_as_asked(const Scene& scene, const SimulateOptions& options, const SettingsMemory* memory) {

@@ -41,6 +41,10 @@ namespace flexframe::sim {
 // without the search. Throws what simulate throws.
 Results simulate_to_accuracy(const Scene& scene, double accuracy, const SimulateOptions& options, const SettingsMemory* memory = nullptr);
 
+// A run with the settings that a search found and other samples; its statement of the error is the search's. output_rate: 1/s. Throws what
+// simulate throws.
+Results run_with_settings(const RememberedSettings& found, double output_rate, const SimulateOptions& options);
+
 // That where an accuracy is asked for, by the options or the scene, and no tolerance by the options; else run_scene.
 Results simulate_as_asked(const Scene& scene, const SimulateOptions& options, const SettingsMemory* memory = nullptr);
 

@@ -9,15 +9,19 @@
 #include "sim/scene/scene.h"
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 
 namespace flexframe::sim {
 
+struct RememberedSettings;
+
 struct SettingsMemory {
   std::filesystem::path file;
   std::string question;  // fingerprint of all that the search depends on: scene, files that it names, program, options
   bool fresh = false;    // search anew, whatever the file holds
+  std::shared_ptr<RememberedSettings> found = nullptr;  // where given: filled with what the search ended with, also without a file
 };
 
 // What is kept of a search.
