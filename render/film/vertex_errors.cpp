@@ -239,8 +239,10 @@ class BeamField {
     const double s = (x - from).dot(e0) / h;
     const sim::Mat3 r0 = turn(order_[i], sample), r1 = turn(order_[i + 1], sample);
     const sim::Vec3 p0 = from + motion(order_[i], sample), p1 = axis(order_[i + 1]) + motion(order_[i + 1], sample);
-    // Tangents of the length that the element has now: stretching is linear.
-    const sim::Vec3 t0 = r0 * chord, t1 = r1 * chord;
+    // Tangents of the length that the element has now, an arc over its chord: stretching is linear.
+    const double half = 0.5 * std::acos(std::clamp((r0 * e0).dot(r1 * e0), -1.0, 1.0));
+    const double stretch = (p1 - p0).norm() / h * (half > 1e-4 ? half / std::sin(half) : 1.0);
+    const sim::Vec3 t0 = stretch * (r0 * chord), t1 = stretch * (r1 * chord);
     const double s2 = s * s, s3 = s2 * s;
     const sim::Vec3 p = (2 * s3 - 3 * s2 + 1) * p0 + (s3 - 2 * s2 + s) * t0 + (3 * s2 - 2 * s3) * p1 + (s3 - s2) * t1;
     const sim::Vec3 along = (6 * s2 - 6 * s) * p0 + (3 * s2 - 4 * s + 1) * t0 + (6 * s - 6 * s2) * p1 + (3 * s2 - 2 * s) * t1;

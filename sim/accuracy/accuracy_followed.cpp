@@ -519,7 +519,10 @@ std::optional<Finished> finish_followed(Task& t, double limit) {
     take_whole(t, f.setting, f.out);
   } else {
     const double loose = f.out.loose_tolerance;
+    // What was found is not lost where the search's time ends now: a run of known price.
+    const double until = std::exchange(t.search.until, 1e300);
     run_itself(t, f.setting, unlimited, f.out);
+    t.search.until = until;
     f.out.loose_tolerance = loose;  // that of the run which is there
   }
   f.out.coarse = t.coarse;
