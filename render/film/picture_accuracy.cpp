@@ -29,9 +29,8 @@ constexpr std::array<double, 3> pilot_tolerances{1e-4, 1e-6, 1e-8};
 constexpr double most_by_samples = 0.1, least_for_simulation = 0.4;
 // The accuracies that a search is asked for, as shares of the largest motion.
 constexpr double finest = 1e-9, coarsest = 0.05;
-// Effects that change the displacements of a beam's ends by this share of their range are on in that run (run_judged: a third of what is
-// asked).
-constexpr double counts_for_scale = 0.1;
+// What that run is asked for: a third of it calls for an effect.
+constexpr double counts_for_scale = 0.3;
 // A search more where a place may be off by so many times more or less than it was asked for, and as many searches at most.
 constexpr double another_allowance = 1.5;
 constexpr int most_questions = 3;
@@ -192,40 +191,18 @@ double largest_motion(const sim::Results& results) {
   return out;
 }
 
-// Displacements of the ends of beams whose effects the program chooses; their frames name no elements.
-std::vector<sim::OutputDef> deformations(const sim::Scene& scene) {
-  std::vector<sim::OutputDef> out;
-  for (const sim::BodyDef& body : scene.bodies) {
-    const auto* beam = std::get_if<sim::BeamDef>(&body.kind);
-    if (!beam || !beam->effects.automatic) continue;
-    for (const char* end : {"root", "tip"}) {
-      sim::OutputDef output;
-      output.of = {body.name, end};
-      output.line = body.line;
-      output.quantity = sim::Quantity::displacement;
-      output.name = fmt::format("{}deformation of {}.{})", witness_prefix, body.name, end);
-      out.push_back(output);
-    }
-  }
-  return out;
-}
-
 // The run that tells cameras and scales. Deformations are exaggerated by the largest: what beams go without must not be most of it, as
-// stretching is where nothing bends.
+// stretching is where nothing bends; they are judged by that (LeftOutWorth::shown).
 sim::Results pilot_run(const sim::Scene& scene, const sim::SimulateOptions& options) {
   sim::SimulateOptions o = options;
   o.accuracy.reset();
-  o.estimate_error = o.check_effects = false;
+  o.estimate_error = false;
+  o.pictures = true;
   o.tell = {};
-  sim::Scene judged = scene;
-  judged.outputs = deformations(scene);
   for (const double tolerance : pilot_tolerances) {
     o.tolerance = tolerance;
     try {
-      if (judged.outputs.empty()) return sim::run_scene(scene, o);
-      sim::Results results = sim::run_judged(judged, o, 3.0 * counts_for_scale).results;
-      results.outputs.clear();
-      return results;
+      return sim::run_judged(scene, o, counts_for_scale).results;
     } catch (const sim::SimulationError&) {
       if (tolerance == pilot_tolerances.back()) throw;
     }

@@ -385,8 +385,9 @@ Results stated(Task& t, Finished found, const Searched& searched, const Settings
                                                               "bring it there: request less accuracy, or remove this output"
                                                             : ""));
   if (out.search_cpu > dear_search && out.search_cpu > 10.0 * cpu)
-    s.notes.tell("", fmt::format("the search took {:.0f} times the CPU time of the run that it ended with{}",
-                                 out.search_cpu / std::max(cpu, 1e-9), memory && !memory->file.empty() ? ", whose settings are kept for the next time" : ""));
+    s.notes.tell(
+        "", fmt::format("the search took {:.0f} times the CPU time of the run that it ended with{}", out.search_cpu / std::max(cpu, 1e-9),
+                        memory && !memory->file.empty() ? ", whose settings are kept for the next time" : ""));
   if (!found.scene.simulation.static_start && nothing_counts(to_histories(results), found.looser))
     s.notes.warn("",
                  "no output moves by more than what rounding could make of the mechanism's size: the accuracy is not judged; take outputs "

@@ -386,6 +386,13 @@ void report_neglected(const Scene& scene, const std::vector<EffectState>& states
   }
 }
 
+namespace {
+
+// Whether most of the deformation is left out.
+bool missed_in_pictures(const LeftOutWorth& f) { return f.possible && f.shown > 0.5; }
+
+}  // namespace
+
 void report_left_out(const Scene& scene, const std::vector<LeftOutWorth>& found, double asked, SolverStatistics& out) {
   const auto neglected = [](const LeftOutWorth& f) { return Neglected{f.effect, f.owners, f.share, f.column, true, f.possible}; };
   // Like bodies give one line.
@@ -394,14 +401,19 @@ void report_left_out(const Scene& scene, const std::vector<LeftOutWorth>& found,
     const bool by_formula = f.effect == "stiffening" || f.effect == "gyroscopic";
     if (f.share > (by_formula ? 0.5 : 0.8) * asked)
       merge(warned, f, [&](const LeftOutWorth& have) { return remedy_of(scene, neglected(have)) == remedy_of(scene, neglected(f)); });
-    else merge(told, f, [&](const LeftOutWorth& have) { return (have.share > 0.0) == (f.share > 0.0); });
+    else
+      merge(told, f, [&](const LeftOutWorth& have) {
+        return (have.share > 0.0) == (f.share > 0.0) && missed_in_pictures(have) == missed_in_pictures(f);
+      });
   }
   for (const LeftOutWorth& f : warned) out.notes.warn("", neglect_text(scene, neglected(f)));
-  for (const LeftOutWorth& f : told)
-    out.notes.tell(
-        "", fmt::format("{} of {} left out: {}", f.effect, quoted(f.owners),
-                        f.share > 0.0 ? fmt::format("{}{:.1g} of the range of {}", f.owners.size() > 1 ? "at most " : "", f.share, f.column)
-                                      : "no influence on the outputs"));
+  for (const LeftOutWorth& f : told) {
+    std::string worth = "no influence on the outputs";
+    if (f.share > 0.0) worth = fmt::format("{}{:.1g} of the range of {}", f.owners.size() > 1 ? "at most " : "", f.share, f.column);
+    if (missed_in_pictures(f))
+      worth += fmt::format("; pictures do not show its {:.1g} m, most of the deformation: add \"{}\" to 'effects'", f.reach, f.effect);
+    out.notes.tell("", fmt::format("{} of {} left out: {}", f.effect, quoted(f.owners), worth));
+  }
 }
 
 bool call_for(const std::vector<LeftOutWorth>& found, double asked, Scene& scene, Notes& notes) {

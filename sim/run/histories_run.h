@@ -25,6 +25,7 @@ struct SimulateOptions {
   // Compares with what was left out, effect by effect, as far as about half the run's cost allows; what is worth more than the asked
   // accuracy (a hundredth where none is asked) becomes a warning. Needs estimate_error.
   bool check_effects = true;
+  bool pictures = false;              // what is most of the deformation counts as outputs do (left_out.h); so it does without outputs
   int samples = 0;                    // simulate_histories: thin the output times to about this many; 0: all of them
   std::vector<bool> read;             // simulate_histories: of the columns, those that anybody reads (the others are zero); empty: all
   SeenBeside* beside = nullptr;       // simulate_histories: null: not looked at

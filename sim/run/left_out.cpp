@@ -117,8 +117,8 @@ bool on(const std::vector<EffectState>& states, const std::string& owner, std::s
 
 }  // namespace
 
-LeftOut::LeftOut(const System& system, const std::vector<EffectState>& states)
-    : scene_(system.scene), model_(), sections_(Model{}, Scene{}) {
+LeftOut::LeftOut(const System& system, const std::vector<EffectState>& states, bool pictures)
+    : pictures_(pictures), scene_(system.scene), model_(), sections_(Model{}, Scene{}) {
   for (const EffectState& s : states) {
     if (s.on || s.body < 0 || !std::holds_alternative<BeamDef>(scene_.bodies[s.body].kind)) continue;
     const bool shear = s.effect == "shear", bends = on(states, s.owner, "bending_xy") || on(states, s.owner, "bending_xz");
@@ -676,6 +676,19 @@ bool LeftOut::has_unjudged_forces() const {
   });
 }
 
+void LeftOut::compare_shown(const Item& item, double deformed, LeftOutWorth& found) const {
+  constexpr double counts = 1.0 / 3.0, rounding = 1e-12;
+  double length = 0.0;
+  for (const int b : item.bodies) length = std::max(length, beam_of(scene_, b).length);
+  const bool second_order = item.effect == "stiffening" || item.effect == "gyroscopic";
+  if (second_order || item.reach <= rounding * length) return;
+  found.reach = item.reach;
+  found.shown = item.reach / std::max(item.reach, deformed);
+  if (!pictures_ || found.shown < counts || found.shown <= found.share) return;
+  found.share = found.shown;
+  found.column = "the deformation that pictures show";
+}
+
 std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest) const {
   std::vector<LeftOutWorth> out;
   if (items_.empty() || times_.empty()) return out;
@@ -750,6 +763,7 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
       found.column = run.columns[c];
     }
     if (item.failed) found.share = std::max(found.share, 1.0);
+    compare_shown(item, deformed["m"], found);
     const double missing = std::accumulate(item.energy.begin(), item.energy.end(), 0.0);
     if (unjudged && stored > 0.0 && missing > 0.0) found.inside = missing / (missing + stored);
     out.push_back(found);

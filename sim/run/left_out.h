@@ -35,12 +35,15 @@ struct LeftOutWorth {
   // Where an output is a force, a stress or the like, which the look does not judge: U / (U + V), about what the effect shifts of the
   // forces from one support or spring to another. 0 elsewhere.
   double inside = 0.0;
+  // Of a deformation: the largest displacement within a beam by it, m, and its share of the largest deformation, itself counted in. Where
+  // pictures are what the run is made for, what is a third of the deformation or more counts by that share.
+  double reach = 0.0, shown = 0.0;
 };
 
 class LeftOut {
  public:
-  // states: of the system's model. The recorder's frames are in the model already.
-  LeftOut(const System& system, const std::vector<EffectState>& states);
+  // states: of the system's model. The recorder's frames are in the model already. pictures: see LeftOutWorth::shown.
+  LeftOut(const System& system, const std::vector<EffectState>& states, bool pictures);
 
   // Nothing is left out: nothing is done.
   bool empty() const { return items_.empty(); }
@@ -104,6 +107,8 @@ class LeftOut {
   VecX slowed_vibrations(size_t item, double duration) const;
   // Whether the run has outputs that a look does not judge.
   bool has_unjudged_forces() const;
+  // found.reach and shown. deformed: the largest displacement of nodes, m.
+  void compare_shown(const Item& item, double deformed, LeftOutWorth& found) const;
   // What the vibrations of a run lose in phase by its end, rad; of the one that this moves farthest its range, m, and frequency, rad/s.
   struct Drift {
     double phase = 0.0, deflection = 0.0, frequency = 0.0;
@@ -121,6 +126,7 @@ class LeftOut {
   };
   Response response(const Item& item, const std::vector<double>& s, bool from_rest) const;
 
+  bool pictures_;
   Scene scene_;  // with the outputs that are evaluated: places instead of velocities and accelerations
   Model model_;
   Work work_;

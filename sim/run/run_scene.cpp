@@ -56,10 +56,10 @@ bool calls(const std::vector<LeftOutWorth>& left_out, const std::vector<LinearLi
   return call_large_bending(limits, called.tolerated_bending(), called.scene, called.notes) || effects;
 }
 
-// Effects that the program leaves out are judged in every run, those that the scene leaves out where errors are estimated.
+// Effects that the program leaves out are judged in every run, those that the scene leaves out where errors of outputs are estimated.
 bool judges_effects(const Scene& scene, const SimulateOptions& options) {
-  if (!options.check_effects || scene.outputs.empty()) return false;
-  return options.estimate_error || std::any_of(scene.bodies.begin(), scene.bodies.end(), [](const BodyDef& b) {
+  if (!options.check_effects) return false;
+  return (options.estimate_error && !scene.outputs.empty()) || std::any_of(scene.bodies.begin(), scene.bodies.end(), [](const BodyDef& b) {
            const auto* beam = std::get_if<BeamDef>(&b.kind);
            return beam && beam->effects.automatic;
          });
@@ -149,7 +149,7 @@ Results simulate_at(std::optional<double> tolerance, const Scene& scene, const S
     LeftRanges ranges(system);
     OpenReactions open(system);
     std::optional<LeftOut> left_out;
-    if (judge) left_out.emplace(system, system.model.effects);
+    if (judge) left_out.emplace(system, system.model.effects, options.pictures || scene.outputs.empty());
     std::vector<size_t> looks;
     if (left_out && !left_out->empty()) looks = left_out->looks(system, times);
     const bool strikes =
@@ -183,7 +183,7 @@ Results simulate_at(std::optional<double> tolerance, const Scene& scene, const S
     alone.to_measure.clear();
     if (left_out)
       for (LeftOutWorth& w : left_out->worth(results, wants_statics(scene)))
-        (is_deformation(w) ? alone.left_out : alone.to_measure).push_back(std::move(w));
+        if (!scene.outputs.empty() || w.share > 0.0) (is_deformation(w) ? alone.left_out : alone.to_measure).push_back(std::move(w));
     alone.limits = linear_limits(scene, system.model, results);
     alone.unstiffened = without_second_order(system.model, scene);
     return results;
@@ -554,7 +554,7 @@ JudgedRun run_judged(const Scene& scene, const SimulateOptions& options, double 
     out.results = with_complete_inertia(out.scene, [&](const Scene& s, int& indefinite) {
       alone = Alone{};
       SimulateOptions used = options;
-      return simulate_alone(s, used, !s.outputs.empty(), alone, indefinite);
+      return simulate_alone(s, used, true, alone, indefinite);
     });
     if (round < most_calls && calls(alone.left_out, alone.limits, called)) {
       if (again) continue;

@@ -65,7 +65,7 @@ child = "rod.root"
 kind = "force"
 on = "rod.tip"
 direction = [-1, 0, 0]
-value = 1e4
+value = 1e3
 """
 
 # Two bars hinged to ground and to each other, a load at the apex, at rest.
@@ -186,8 +186,22 @@ with tempfile.TemporaryDirectory() as temporary:
         simulate(folder, PRESSED.replace("EFFECTS", effects), name)
     for pair in (("stiff", "pressed"), ("pressed", "stiff")):
         apart = json.loads(run("compare", *(folder / f"{name}.h5" for name in pair), "--json").stdout)["metres"]
-        shorter = 1e4 * 2.0 / (7e10 * 0.03**2)
+        shorter = 1e3 * 2.0 / (7e10 * 0.03**2)
         expect(abs(apart / shorter - 1) < 1e-3, f"{pair}: {apart} m apart, the pressed one is {shorter} m shorter")
+
+    # What nothing but stretching deforms is drawn stretched, though no output asks for it: 3e-5 m, exaggerated.
+    unasked = PRESSED.replace("EFFECTS", '"auto"').replace("scales = [1]", "")
+    told = simulate(folder, unasked, "unasked")
+    expect(any("axial of 'rod' switched on" in note for note in told["notes"]), f"stretching is off: {told['notes']}")
+    asked = simulate(folder, unasked.replace("[simulation]", '[simulation]\naccuracy = "0.5 px"'), "asked")["accuracy"]["picture"]
+    for name in ("asked", "unasked"):
+        apart = json.loads(run("compare", folder / "pressed.h5", folder / f"{name}.h5", "--json").stdout)["metres"]
+        expect(apart < 1e-3 * shorter, f"{name}: {apart} m beside the run that stretches")
+    expect(asked["total"] < 0.1, f"a rod that stretches evenly is told to be {asked['total']} px off")
+    # Where outputs ask for less it is told.
+    looked = unasked + '[[output]]\nname = "turn"\nof = "rod.tip"\nquantity = "rotation"\n'
+    told = simulate(folder, looked, "looked")
+    expect(any("pictures do not show its 3e-05 m" in note for note in told["notes"]), f"not told: {told['notes']}")
 
     # Without stretching, which nobody chose, the pilot run shows roundings as its only deformation: they are not exaggerated, and what is
     # asked for is measured by the exaggeration of the run itself.
