@@ -74,19 +74,19 @@ FlexibleBody rigid_body(const RigidDef& def) {
   return body;
 }
 
-// Where joints and loads take hold of a body. A hinge in a scene that moves in its plane passes on no moment unless something drives or
-// brakes it.
+// Where joints and loads take hold of a body. A hinge in a scene that moves in its plane passes on no moment unless its motion is
+// prescribed, which clamps what it holds, or a spring, friction or a stop brakes it.
 std::vector<HeldPoint> held_points(const Scene& scene, const std::string& body, bool planar) {
   std::vector<HeldPoint> out;
   const auto hold = [&](const FrameRef& f, bool force, bool moment, bool load) {
     if (f.body == body && (force || moment)) out.push_back({f.frame.empty() ? "root" : f.frame, force, moment, load});
   };
   for (const JointDef& j : scene.joints) {
-    const bool driven = !j.motion.empty() || j.motion_table || j.spring || j.friction || j.stop;
-    const bool free_to_turn = passes_no_moment(j.kind) || (planar && traits(j.kind).in_plane == InPlane::axis_normal);
+    const bool moved = !j.motion.empty() || j.motion_table, braked = j.spring || j.friction || j.stop;
+    const bool free_to_turn = !moved && (passes_no_moment(j.kind) || (planar && traits(j.kind).in_plane == InPlane::axis_normal));
     for (const FrameRef* f : {&j.parent, &j.child}) {
       hold(*f, true, !free_to_turn, false);
-      hold(*f, false, driven && free_to_turn, true);
+      hold(*f, false, braked && free_to_turn, true);
     }
   }
   const auto spread = [&](const ForceDef& f) { return f.kind == ForceKind::distributed && f.on.body == body; };

@@ -433,4 +433,67 @@ for modes, words in ((0, "tip.y changes by 1 of its range"), (1, "tip.y changes 
     done = run("simulate", written(kept.replace("MODES", str(modes))), "-o", place / "kept.h5")
     said = [line for line in (done.stdout + done.stderr).splitlines() if "too few modes" in line]
     expect((words is None and not said) or (words and said and words in said[0]), f"{modes} kept modes: {said}")
+
+# Modes of a beam whose hinge is turned as prescribed are those of a clamped one: shapes that are straight at the hinge came 20 % short
+# with three modes, 5 % with twelve. Small turns: z_n'' + w_n^2 z_n = - phi'' (integral of x W_n) / (integral of W_n^2) for the modes W_n.
+turned_by = """[simulation]
+duration = 0.2
+output_rate = 1000
+gravity = [0, 0, 0]
+tolerance = 1e-10
+[[body]]
+name = "arm"
+kind = "beam"
+length = 1
+section = { shape = "rectangle", width = 0.02, height = 0.02 }
+material = { density = 7850, youngs_modulus = 2.1e11 }
+elements = 24
+keep_modes = 3
+keep_static = STATIC
+effects = ["bending_xy", "stiffening"]
+[[joint]]
+name = "drive"
+kind = "revolute"
+parent = "ground"
+child = "arm.root"
+motion = "1e-3*sin(80*t)^3"
+[[output]]
+name = "tip"
+of = "arm.tip"
+quantity = "displacement"
+"""
+EI, mass = 2.1e11 * 0.02**4 / 12, 7850 * 0.02**2
+
+
+def tip_of_turned(times):
+    total = [0.0] * len(times)
+    for beta in (1.87510407, 4.69409113, 7.85475744):
+        c = (math.cosh(beta) + math.cos(beta)) / (math.sinh(beta) + math.sin(beta))
+        tip = math.cosh(beta) - math.cos(beta) - c * (math.sinh(beta) - math.sin(beta))  # integral of W^2 is 1, of x W 2 / beta^2
+        w2 = beta**4 * EI / mass
+        z, v, fine = 0.0, 0.0, 40
+        h = (times[1] - times[0]) / fine
+
+        def rate(t, z, w2=w2, beta=beta):
+            s, k = math.sin(80 * t), math.cos(80 * t)
+            return -2 / beta**2 * 1e-3 * 80**2 * (6 * s * k * k - 3 * s**3) - w2 * z
+
+        for i in range(1, len(times)):
+            for j in range(fine):  # Runge and Kutta's, of fourth order
+                t = times[i - 1] + j * h
+                a = rate(t, z)
+                b = rate(t + h / 2, z + h / 2 * v)
+                c2 = rate(t + h / 2, z + h / 2 * v + h * h / 4 * a)
+                d = rate(t + h, z + h * v + h * h / 2 * b)
+                z, v = z + h * v + h * h / 6 * (a + b + c2), v + h / 6 * (a + 2 * b + 2 * c2 + d)
+            total[i] += tip * z
+    return total
+
+
+for static in ("true", "false"):
+    h = simulate(turned_by.replace("STATIC", static))
+    wanted = tip_of_turned(h["t"])
+    size = max(map(abs, wanted))
+    off = max(abs(a - b) for a, b in zip(h["tip.y"], wanted))
+    expect(size > 1e-4 and off < 3e-3 * size, f"arm on a turned hinge, keep_static = {static}: {off / size:.2g} of its deflection off")
 finish()
