@@ -20,6 +20,7 @@ namespace flexframe::interp {
 
 struct AxisLift {
   bool given = false;                                   // rotations come with the data
+  bool finite = false;                                  // and are finite turns, whatever the lengths say
   Vec3 origin = Vec3::Zero();                           // on the axis
   Mat3 frame = Mat3::Identity();                        // columns: direction of the axis, e2, e3
   std::vector<int> order;                               // nodes from one end to the other

@@ -146,6 +146,7 @@ Points lift_both(const BlendLift& lift, const Points& displacement, const Points
 
 // Along a beam's axis: change of the lengths between the nodes, in full and to first order.
 Points lift_axis(const AxisLift& axis, const Points& displacement, const Points& rotation) {
+  if (axis.given && axis.finite) return lift_exact(axis, displacement, rotation);
   double finite2 = 0.0, linear2 = 0.0;
   for (size_t k = 0; k + 1 < axis.s.size(); ++k) {
     const Vec3 d = (displacement.row(axis.order[k + 1]) - displacement.row(axis.order[k])).transpose() / (axis.s[k + 1] - axis.s[k]);

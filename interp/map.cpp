@@ -411,6 +411,7 @@ void set_scheme(const Options& options, const Layout& layout, Eigen::Index verti
 void map_along_axis(const Nodes& nodes, const Weld& weld, bool precise, Map& map) {
   Report& report = map.report;
   AxisLift axis = make_axis(map.node_positions, nodes.rotations);
+  axis.finite = nodes.finite;
   const Eigen::VectorXd s = (weld.positions.rowwise() - axis.origin.transpose()) * axis.frame.col(0);
   report.lebesgue = axis_lebesgue(axis, s.minCoeff(), s.maxCoeff());
   map.weights = axis_weights(axis, weld.positions, precise);
@@ -775,6 +776,7 @@ Points node_residuals(const Map& map, const Eigen::Ref<const Points>& displaceme
       }
       const int left_out = axis->order[k];
       AxisLift others = make_axis(c, map.rotations);
+      others.finite = axis->finite;
       const SparseWeights at = axis_weights(others, map.node_positions.row(left_out), true);
       const std::array<int, 1> only{0};
       residual.row(left_out) = multiply_precise(at, lift_exact(Lift(std::move(others)), d, r), only).row(0) - u.row(left_out);

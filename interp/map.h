@@ -44,6 +44,7 @@ struct Nodes {
   Points positions;                // N x 3, in the frame of the mesh
   bool rotations = false;          // the data will bring rotation vectors too
   std::vector<std::string> names;  // for messages; empty: numbers from 0
+  bool finite = false;             // the rotations are finite turns, as those of a run; false: nodes on a line tell by their lengths
 };
 
 struct Options {

@@ -1,5 +1,6 @@
 #include "render/cli/export.h"
 
+#include "render/cli/jobs.h"
 #include "render/cli/json_text.h"
 #include "render/cli/page.h"
 #include "render/cli/results_job.h"
@@ -54,13 +55,13 @@ nlohmann::ordered_json export_csv(const sim::Results& results, const fs::path& o
   return {{"columns", results.outputs.size() + 1}, {"rows", results.times.size()}};
 }
 
-nlohmann::ordered_json export_gltf(const ResultsJob& job, const Words& words, const fs::path& out, std::vector<std::string>& notes) {
+nlohmann::ordered_json export_gltf(const ResultsJob& job, const Words& words, const fs::path& out, Told& told) {
   const film::Animation animation = film::make_animation(job.results, job.settings, job.scene ? &*job.scene : nullptr);
   film::GltfReport report;
   render::write_file(
       out, film::make_gltf(animation, words.scale, out.extension() != ".gltf", report, {.ghosts = words.ghosts, .traces = words.traces}));
-  add_notes(notes, animation);
-  notes.insert(notes.end(), report.notes.begin(), report.notes.end());
+  add_notes(told, animation);
+  told.notes.insert(told.notes.end(), report.notes.begin(), report.notes.end());
   return {{"nodes", report.nodes},
           {"morph_targets", report.morph_targets},
           {"pictures", report.pictures},
@@ -69,8 +70,7 @@ nlohmann::ordered_json export_gltf(const ResultsJob& job, const Words& words, co
 }
 
 // name empty: one VTKHDF file.
-nlohmann::ordered_json export_vtk(const ResultsJob& job, double scale, const fs::path& out, const std::string& name,
-                                  std::vector<std::string>& notes) {
+nlohmann::ordered_json export_vtk(const ResultsJob& job, double scale, const fs::path& out, const std::string& name, Told& told) {
   film::RenderSettings settings = job.settings;
   // Stress comes with the surfaces of bodies that know it; those that do not are none to warn of.
   const bool plain = settings.color_by != film::ColorBy::strain && settings.color_by != film::ColorBy::mode;
@@ -85,18 +85,17 @@ nlohmann::ordered_json export_vtk(const ResultsJob& job, double scale, const fs:
   const auto show = [&](int done, int all) { progress.show(double(done) / all); };
   const film::VtkReport report =
       name.empty() ? film::write_vtkhdf(animation, scale, out, show) : film::write_vtk(animation, scale, out, name, show);
-  add_notes(notes, animation);
+  add_notes(told, animation);
   return {{"pictures", report.pictures}, {"index", report.index.string()}};
 }
 
-nlohmann::ordered_json export_video(const ResultsJob& job, const RenderWords& render, const fs::path& out,
-                                    std::vector<std::string>& notes) {
+nlohmann::ordered_json export_video(const ResultsJob& job, const RenderWords& render, const fs::path& out, Told& told) {
   const TemporaryFolder folder(fs::absolute(out).parent_path());
   RenderWords words = render;
   words.video = out.string();
   const DrawingReport report = run_drawing(job.results, job.settings, job.scene ? &*job.scene : nullptr, words, folder.path, "film");
   if (!report.video.made) throw std::runtime_error(report.video.note);
-  add_notes(notes, report);
+  add_notes(told, report);
   return {{"pictures", report.film.pictures}, {"size", {report.size.width, report.size.height}}};
 }
 
@@ -151,16 +150,20 @@ Pictures a second and speed are those of the scene's [render] table.)");
             const fs::path folder = words->to == "vtk" ? out : fs::absolute(out).parent_path();
             require_writable(folder);
             make_folder(folder);
-            std::vector<std::string> notes = job.results.statistics.notes.texts(sim::Severity::warning);
-            notes.insert(notes.end(), job.notes.begin(), job.notes.end());
+            Told told{job.results.statistics.notes.texts(sim::Severity::warning), job.notes};
             nlohmann::ordered_json json = {{"format", words->to}, {"out", out.string()}};
             json.update(words->to == "csv"      ? export_csv(job.results, out, words->head)
-                        : words->to == "html"   ? write_page(job.results, job.settings, job.scene ? &*job.scene : nullptr, out, notes)
-                        : words->to == "gltf"   ? export_gltf(job, *words, out, notes)
-                        : words->to == "vtk"    ? export_vtk(job, words->scale, out, name, notes)
-                        : words->to == "vtkhdf" ? export_vtk(job, words->scale, out, "", notes)
-                                                : export_video(job, words->render, out, notes));
-            json["notes"] = notes;
+                        : words->to == "html"   ? write_page(job.results, job.settings, job.scene ? &*job.scene : nullptr, out, told)
+                        : words->to == "gltf"   ? export_gltf(job, *words, out, told)
+                        : words->to == "vtk"    ? export_vtk(job, words->scale, out, name, told)
+                        : words->to == "vtkhdf" ? export_vtk(job, words->scale, out, "", told)
+                                                : export_video(job, words->render, out, told));
+            json["warnings"] = told.warnings;
+            // All that is said, as these summaries have always had it.
+            std::vector<std::string> all = told.warnings;
+            all.insert(all.end(), told.notes.begin(), told.notes.end());
+            json["notes"] = all;
+            print_warnings(told.warnings);
             if (words->json) {
               fmt::print("{}\n", json_text(json));
               return 0;
@@ -171,7 +174,8 @@ Pictures a second and speed are those of the scene's [render] table.)");
                          json["morph_targets"].get<int>(), json["error"].get<double>(), json["largest_displacement"].get<double>());
             if (words->to == "html") print_page(json);
             else if (json.contains("pictures")) fmt::print("pictures     {}\n", json["pictures"].get<int>());
-            for (const std::string& note : notes) fmt::print("note         {}\n", note);
+            if (verbosity() == Verbosity::quiet) return 0;
+            for (const std::string& note : told.notes) fmt::print("note         {}\n", note);
             return 0;
           }};
 }

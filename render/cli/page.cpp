@@ -10,7 +10,7 @@
 namespace flexframe::cli {
 
 nlohmann::ordered_json write_page(const sim::Results& results, const film::RenderSettings& settings, const sim::Scene* scene,
-                                  const std::filesystem::path& out, std::vector<std::string>& notes) {
+                                  const std::filesystem::path& out, Told& told) {
   film::Animation animation = film::make_animation(results, settings, scene);
   // For browsers without WebGL: a picture a third of the way through, where most runs show more than at their ends.
   film::PictureMemory memory;
@@ -19,8 +19,8 @@ nlohmann::ordered_json write_page(const sim::Results& results, const film::Rende
   film::PageReport report;
   const std::string page = film::make_page(animation, scene, png, report);
   render::write_file(out, {reinterpret_cast<const std::uint8_t*>(page.data()), page.size()});
-  add_notes(notes, animation);
-  notes.insert(notes.end(), report.notes.begin(), report.notes.end());
+  add_notes(told, animation);
+  told.notes.insert(told.notes.end(), report.notes.begin(), report.notes.end());
   return {{"page", out.string()},    {"pictures", report.pictures},
           {"bodies", report.bodies}, {"triangles", report.triangles},
           {"bytes", page.size()},    {"largest_displacement", animation.largest_displacement},

@@ -111,7 +111,7 @@ Command add_run(Program& program) {
         sim::write_histories_csv(results, csv);
         const DrawingReport drawing = run_drawing(results, job.settings, &job.scene, words->render, out, name);
         nlohmann::ordered_json page;
-        std::vector<std::string> said;  // the pictures said it already
+        Told said;  // the pictures said it already
         if (words->html) page = write_page(results, job.settings, &job.scene, out / (name + ".html"), said);
 
         if (words->json) {

@@ -227,7 +227,7 @@ void set_colors(Animation& animation, const Survey& survey) {
     const auto [unit, factor] = readable_unit("m", reach);
     const bool velocity = by == ColorBy::velocity;
     animation.scalar_bar = {.label = velocity                   ? "speed"
-                                     : by == ColorBy::map_error ? "error of the map, estimated"
+                                     : by == ColorBy::map_error ? "map error, estimated"
                                      : by == ColorBy::mode      ? fmt::format("displacement by mode {}", animation.settings.mode)
                                                                 : "elastic displacement",
                             .unit = velocity ? unit + "/s" : unit,

@@ -91,10 +91,11 @@ void set_arrow_scales(Animation& animation, double size) {
 
 // "12.3 kN": three digits. unit: "N", "N m", "N/m".
 std::string load_text(double value, const char* unit) {
-  static constexpr std::pair<double, const char*> powers[] = {{1e6, "M"},  {1e3, "k"},  {1.0, ""},   {1e-3, "m"},
-                                                              {1e-6, "µ"}, {1e-9, "n"}, {1e-12, "p"}};
+  static constexpr std::pair<double, const char*> powers[] = {{1e9, "G"},  {1e6, "M"},  {1e3, "k"},  {1.0, ""},
+                                                              {1e-3, "m"}, {1e-6, "µ"}, {1e-9, "n"}, {1e-12, "p"}};
   const auto last = std::end(powers) - 1;
-  const auto fits = std::find_if(std::begin(powers), last, [&](const auto& p) { return value >= p.first; });
+  // 999.7 N is 1 kN in three digits.
+  const auto fits = std::find_if(std::begin(powers), last, [&](const auto& p) { return value >= 0.9995 * p.first; });
   return fmt::format("{:.3g} {}{}", value / fits->first, fits->second, unit);
 }
 

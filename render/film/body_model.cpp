@@ -72,7 +72,7 @@ interp::Nodes nodes_of(const sim::ResultBody& body) {
     nodes.positions.row(static_cast<Eigen::Index>(k)) = body.nodes[k].origin.transpose();
     nodes.names.push_back(body.nodes[k].name);
   }
-  nodes.rotations = body.rotation.size() > 0;
+  nodes.rotations = nodes.finite = body.rotation.size() > 0;
   return nodes;
 }
 
@@ -800,11 +800,10 @@ Off off_by(const BodyModel& model, const sim::Results& results, const sim::Resul
   Off off;
   const Eigen::Index samples = results.times.size();
   BodyMemory memory;
-  if (model.mode_doubt) {
-    off.known = model.mode_doubt->doubt.size() > 0;
+  if (model.mode_doubt && model.mode_doubt->doubt.size() > 0) {
     constexpr Eigen::Index most = 2000;
     const Eigen::Index step = 1 + samples / most;
-    for (Eigen::Index i = 0; i < samples && off.known; i += step) {
+    for (Eigen::Index i = 0; i < samples; i += step) {
       elastic_coordinates(body, {i, 0.0}, memory.q);
       const Eigen::Map<const Eigen::VectorXd> q(memory.q.data(), std::ssize(memory.q));
       off.error = std::max(off.error, q.dot(model.mode_doubt->doubt * q));
@@ -814,14 +813,15 @@ Off off_by(const BodyModel& model, const sim::Results& results, const sim::Resul
     off.deflection = std::sqrt(off.deflection);
     return off;
   }
-  const interp::MeanError mean(*model.map, model.view());
-  off.known = mean.known();
+  std::optional<interp::MeanError> mean;
+  if (!model.mode_doubt) mean.emplace(*model.map, model.view());
+  off.known = mean && mean->known();
   constexpr Eigen::Index most = 16;
   const Eigen::Index step = 1 + samples / most;
   for (Eigen::Index i = samples - 1; i >= 0; i -= step) {
     node_motion(body, {i, 0.0}, memory.node_displacement, memory.node_rotation);
-    off.deflection = std::max(off.deflection, std::sqrt(memory.node_displacement.squaredNorm() / model.map->nodes));
-    if (off.known) off.error = std::max(off.error, mean.evaluate(*model.map, memory.node_displacement, memory.node_rotation));
+    off.deflection = std::max(off.deflection, std::sqrt(memory.node_displacement.squaredNorm() / static_cast<double>(body.nodes.size())));
+    if (off.known) off.error = std::max(off.error, mean->evaluate(*model.map, memory.node_displacement, memory.node_rotation));
   }
   return off;
 }

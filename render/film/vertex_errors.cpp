@@ -135,9 +135,17 @@ std::vector<int> looked_at(const Animation& animation, int most) {
 
 VertexDistance vertices_apart(const Animation& animation, const sim::Results& other, const sim::Scene* scene, int most) {
   const sim::Results& results = *animation.results;
-  if (other.bodies.size() != results.bodies.size()) throw sim::InputError("runs with other bodies cannot be compared by their vertices");
+  if (!std::ranges::equal(other.bodies, results.bodies, {}, &sim::ResultBody::name, &sim::ResultBody::name))
+    throw sim::InputError("runs with other bodies cannot be compared by their vertices");
   VertexDistance out;
-  const std::vector<int> pictures = looked_at(animation, most);
+  std::vector<int> pictures = looked_at(animation, most);
+  // A run that ended earlier stays where it was in its last sample, which is no difference of the runs. Times are rounded in files.
+  const double first = other.times[0], last = other.times[other.times.size() - 1], rounding = 1e-9 * (last - first);
+  out.left_out = static_cast<int>(std::erase_if(pictures, [&](int k) {
+    const double t = picture_time(animation, k);
+    return t < first - rounding || t > last + rounding;
+  }));
+  if (pictures.empty()) throw sim::InputError("the runs have no picture's time in common");
   std::vector<PictureViews> views;
   views.reserve(pictures.size());
   for (const int k : pictures) views.emplace_back(animation, k);

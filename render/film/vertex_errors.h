@@ -32,6 +32,7 @@ struct VertexDistance {
   int picture = -1;
   size_t body = 0;
   glm::dvec3 world{0.0};  // the vertex, where it is told
+  int left_out = 0;       // pictures that the other run has no sample for
   void widen(double px, double m, int at, size_t of, const glm::dvec3& where = glm::dvec3(0.0)) {
     if (px > pixels || (picture < 0 && px >= pixels)) picture = at, body = of, world = where;
     pixels = std::max(pixels, px);
@@ -43,8 +44,8 @@ struct VertexDistance {
 std::vector<int> looked_at(const Animation& animation, int most);
 
 // The other run of the same scene on the meshes, at the times, scales and cameras of `animation`: the largest distance of any vertex that
-// is drawn. other: bodies parallel to the animation's results, nodes may be others. most: pictures looked at. Throws what make_body_model
-// throws.
+// is drawn, in the pictures of which both runs know the time. other: bodies parallel to the animation's results, nodes may be others.
+// most: pictures looked at. Throws what make_body_model throws, and InputError where the runs have no picture or no body in common.
 VertexDistance vertices_apart(const Animation& animation, const sim::Results& other, const sim::Scene* scene, int most);
 
 // What the samples' spacing takes from the motion between them: runs are drawn along straight lines between samples.

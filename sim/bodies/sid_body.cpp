@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <tuple>
 #include <unordered_map>
 
 namespace flexframe::sim {
@@ -292,6 +293,17 @@ class BodyOfSid {
       if ((e.mode > 0) == first) visit(e);
   }
 
+  // Terms that make a structure follow its deformation. Those of Gr and Ge follow from the other blocks.
+  void look_for_unused() {
+    const std::tuple<const std::optional<SidTaylor>*, const char*, const char*> blocks[] = {
+        {&sid_.Me, "Me", "mass"}, {&sid_.Ke, "Ke", "stiffness"}, {&sid_.De, "De", "damping"}};
+    for (const auto& [block, word, what] : blocks)
+      if (*block &&
+          std::any_of((*block)->entries.begin(), (*block)->entries.end(), [](const SidEntry& e) { return e.mode > 0 && e.value != 0.0; }))
+        lack(fmt::format("block {} of its file changes with the deformation ({}.M1), which is not used: the {} is that without deformation",
+                         word, word, what));
+  }
+
   // Zero orders that stand in the file are a body's that has them so (mean axes); blocks that are not there are unknown.
   void look_for_lacks() {
     const auto says_first_order = [](const std::optional<SidTaylor>& block) { return block && block->order > 0; };
@@ -305,6 +317,7 @@ class BodyOfSid {
       lack("its file has neither Oe nor a first order of J: centrifugal forces do not deform the body");
     if (n_ > 1 && !sid_.Ge && !says_first_order(sid_.Cr))
       lack("its file has neither Ge nor a first order of Cr: Coriolis forces of the deformation do not deform the body");
+    look_for_unused();
     std::vector<std::string> nowhere;
     for (const SidNode& node : sid_.nodes)
       if (!node.origin) nowhere.push_back(node.id);
@@ -409,9 +422,11 @@ class BodyOfSid {
     if (body_.Me.rows() != n_) fail("block Me is empty");
     if (body_.Ke.rows() != n_) fail("block Ke is empty");
     make_symmetric(body_.Me, "Me");
-    make_symmetric(body_.Ke, "Ke");
     if (has_order(sid_.De, false) || (sid_.De && sid_.De->structure == 4)) body_.De = sid_m0(*sid_.De);
     if (has_order(sid_.ksigma, false)) body_.ksigma = sid_m0(*sid_.ksigma);
+    // ksigma(q) + Ke q is the elastic force: what follows q in ksigma is stiffness.
+    if (has_order(sid_.ksigma, true)) each(sid_.ksigma, true, [&](const SidEntry& e) { body_.Ke(e.row - 1, e.mode - 1) += e.value; });
+    make_symmetric(body_.Ke, "Ke");
     const VecX f = frequencies(body_.Me, body_.Ke);
     if (f.size() == 0) fail("Me is not positive definite");
     // Labels carry the frequencies of the maker's eigenmodes; other bases do not.

@@ -68,6 +68,9 @@ std::vector<Call> calls_in(const std::string& text) {
   return calls;
 }
 
+// The name in an expression of the k-th call taken out of it.
+std::string standing_for(std::size_t k) { return fmt::format("response__{}_", k); }
+
 // Trapezoidal rule.
 double over_time(const VecX& t, const VecX& x) {
   double sum = 0.0;
@@ -133,7 +136,7 @@ Response::Formula Response::read(const std::string& text, const Known& known, bo
   std::vector<std::pair<Formula::Source, std::size_t>> sources;
   for (const Call& call : calls_in(text)) {
     Reduction inner{call.word, text.substr(call.begin, call.end - call.begin), read(call.argument, known, true)};
-    names.push_back(fmt::format("response__{}_", out.reductions.size()));
+    names.push_back(standing_for(out.reductions.size()));
     sources.emplace_back(Formula::Source::reduction, out.reductions.size());
     out.reductions.push_back(std::make_shared<const Reduction>(std::move(inner)));
     plain += text.substr(done, call.begin - done) + names.back();
@@ -197,8 +200,8 @@ Response::Response(const std::string& text, std::span<const std::string> columns
   }
 }
 
-double Response::reduce(const Reduction& reduction, const Histories& h, std::span<const double> settings, Seen seen) {
-  const Formula& of = reduction.of;
+// What a formula of histories has been at the samples.
+VecX Response::series(const Formula& of, const Histories& h, std::span<const double> settings, Seen seen) {
   std::vector<double> variables(of.reads.size());
   for (std::size_t k = 0; k < of.reads.size(); ++k) {
     const auto [source, at] = of.reads[k];
@@ -211,6 +214,11 @@ double Response::reduce(const Reduction& reduction, const Histories& h, std::spa
       if (of.reads[k].first == Formula::Source::column) variables[k] = h.values(static_cast<Eigen::Index>(of.reads[k].second), i);
     x[i] = of.expression.value(h.times[i], variables.data());
   }
+  return x;
+}
+
+double Response::reduce(const Reduction& reduction, const Histories& h, std::span<const double> settings, Seen seen) {
+  const VecX x = series(reduction.of, h, settings, seen);
   const VecX& t = h.times;
   const Eigen::Index last = x.size() - 1;
   const double duration = t[last] - t[0];
@@ -256,7 +264,19 @@ double Response::value(const Histories& histories, std::span<const double> setti
     const auto [source, at] = formula_.reads[k];
     variables[k] = source == Formula::Source::setting ? settings[at] : reduce(*formula_.reductions[at], histories, settings, seen);
   }
-  return formula_.expression.value(0.0, variables.data());
+  try {
+    return formula_.expression.value(0.0, variables.data());
+  } catch (const SimulationError& problem) {
+    // Names that stand for calls and the time are not the user's.
+    std::string message = problem.what();
+    const auto replace = [&](const std::string& what, const std::string& by) {
+      for (std::size_t at = message.find(what); at != std::string::npos; at = message.find(what, at + by.size()))
+        message.replace(at, what.size(), by);
+    };
+    for (std::size_t k = 0; k < formula_.reductions.size(); ++k) replace(standing_for(k), formula_.reductions[k]->text);
+    replace(" at t = 0 s", "");
+    throw SimulationError(message);
+  }
 }
 
 double Response::value(const Histories& histories, std::span<const double> settings) const {
@@ -267,6 +287,26 @@ void Response::mark_read(const Formula& formula, std::vector<bool>& columns) {
   for (const auto& [source, at] : formula.reads)
     if (source == Formula::Source::column) columns[at] = true;
   for (const auto& reduction : formula.reductions) mark_read(reduction->of, columns);
+}
+
+std::string Response::too_few_periods(const Formula& formula, const Histories& h, std::span<const double> settings) {
+  // Of sines of any phase two periods and more are told to 3 %, of one and a half a third is missing. The largest line of a drift is the
+  // first one.
+  constexpr double fewest = 2.0;
+  const double duration = h.times[h.times.size() - 1] - h.times[0];
+  for (const auto& reduction : formula.reductions) {
+    if (std::string inner = too_few_periods(reduction->of, h, settings); !inner.empty()) return inner;
+    if (reduction->word != frequency) continue;
+    const double periods = strongest_frequency(h.times, series(reduction->of, h, settings, Seen::samples)) * duration;
+    if (periods < fewest)
+      return fmt::format("{}: only {:.2g} of its periods are in the run: it is a drift, or the run is too short to tell it",
+                         reduction->text, periods);
+  }
+  return {};
+}
+
+std::string Response::too_few_periods(const Histories& histories, std::span<const double> settings) const {
+  return too_few_periods(formula_, histories, settings);
 }
 
 bool Response::reads_frequency() const {

@@ -41,6 +41,9 @@ class Response {
   // None where that is no measure (times and frequencies, values of one sample alone).
   std::optional<double> share_of_sampling(const Histories& histories, std::span<const double> settings) const;
 
+  // A frequency in it of which the run holds too few periods, as a sentence; empty: none. The histories are those of a value.
+  std::string too_few_periods(const Histories& histories, std::span<const double> settings) const;
+
   // Marks the columns that it reads.
   void mark_read(std::vector<bool>& columns) const { mark_read(formula_, columns); }
 
@@ -67,7 +70,9 @@ class Response {
   static Formula read(const std::string& text, const Known& known, bool of_histories);
   // What extreme values are taken of: the samples, or what lies between them too.
   enum class Seen { samples, between };
+  static VecX series(const Formula& of, const Histories& histories, std::span<const double> settings, Seen seen);
   static double reduce(const Reduction& reduction, const Histories& histories, std::span<const double> settings, Seen seen);
+  static std::string too_few_periods(const Formula& formula, const Histories& histories, std::span<const double> settings);
   double value(const Histories& histories, std::span<const double> settings, Seen seen) const;
 
   std::string name_;

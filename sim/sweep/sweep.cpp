@@ -167,17 +167,19 @@ void respond(const Sweep& sweep, const std::vector<Design::Value>& values, const
     if (sweep.design.axes()[k].chance || !sweep.design.axes()[k].numbers.empty()) numbers.push_back(values[k].number);
   // A setting may change the columns: an output's body, its quantity.
   if (histories.columns != sweep.columns) throw SimulationError("its outputs have other columns than those of the first point");
-  std::vector<std::string> problems;
+  std::vector<std::string> problems, slow;
   std::vector<std::size_t> coarse;
   for (std::size_t k = 0; k < sweep.responses.size(); ++k) {
     try {
       row.responses[k] = sweep.responses[k].value(histories, numbers);
       if (const auto share = sweep.responses[k].share_of_sampling(histories, numbers); share && *share > unasked_accuracy)
         coarse.push_back(k);
+      if (std::string text = sweep.responses[k].too_few_periods(histories, numbers); !text.empty()) slow.push_back(std::move(text));
     } catch (const SimulationError& problem) {
       problems.push_back(problem.what());
     }
   }
+  for (const std::string& text : slow) tell_of_samples(sweep, text, row);
   if (problems.empty()) return check_samples(sweep, coarse, results, row);
   row.end = PointEnd::lacking;
   row.message += (row.message.empty() ? "" : "; ") + fmt::format("{}", fmt::join(problems, "; "));

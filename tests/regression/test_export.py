@@ -149,8 +149,76 @@ def read_by_vtk(folder, series, rate):
     check(reader.GetOutput(), read_vtp(series[0][1]), "VTKHDF")
 
 
+BEAM = """[simulation]
+duration = 0.2
+output_rate = 500
+gravity = [0, -9.81, 3]
+[[body]]
+name = "b"
+kind = "beam"
+length = 1.0
+section = { shape = "box", width = 0.04, height = 0.06, thickness = 0.003 }
+material = { density = 2700, youngs_modulus = 7e9 }
+MORE
+[[joint]]
+name = "j"
+kind = "weld"
+parent = "ground"
+child = "b"
+[[force]]
+kind = "torque"
+on = "b.tip"
+direction = [1, 0, 0]
+value = "4000*t"
+[[output]]
+name = "tip"
+of = "b.tip"
+quantity = "position"
+[render]
+frame_rate = 10
+speed = 1
+"""
+
+
+def warnings_stay_warnings(folder):
+    """What a run warned of, and what the pictures do: on stderr, quiet or not, whatever it is exported to."""
+    scene = folder / "beam.toml"
+    scene.write_text(BEAM.replace("MORE", 'elements = 6\neffects = ["bending_xy", "bending_xz", "torsion"]'))
+    done = run("simulate", scene, "-o", folder / "b.h5")
+    expect("WARNING      shear of 'b' is left out" in done.stdout, f"the run has nothing to warn of: {done.stdout}")
+    for to in ("csv", "html", "gltf", "vtk", "vtkhdf"):
+        name = folder / f"warned{'' if to == 'vtk' else '.glb' if to == 'gltf' else '.' + to}"
+        for words in ((), ("-q",), ("--json",)):
+            done = run("export", folder / "b.h5", "--to", to, "-o", name, *words)
+            expect("WARNING      shear of 'b' is left out" in done.stderr, f"{to} {words}: {done.stderr}")
+        told = json.loads(done.stdout)
+        expect(any("shear of 'b'" in w for w in told["warnings"]) and set(told["warnings"]) <= set(told["notes"]), f"{to}: {told}")
+
+
+def sections_keep_their_size(folder):
+    """A beam of eigenforms twists by 0.3 rad: its sections turn as they are, though its axis moves along straight lines."""
+    corners = [(x, y, z) for x in (0, 0.25, 0.5, 0.75, 1) for y, z in ((0.1, 0), (0, 0.1), (-0.1, 0), (0, -0.1))]
+    faces = [(4 * i + k, 4 * i + 4 + k, 4 * i + 4 + (k + 1) % 4, 4 * i + (k + 1) % 4) for i in range(4) for k in range(4)]
+    lines = ["v %r %r %r" % c for c in corners] + ["f %d %d %d %d" % tuple(a + 1 for a in f) for f in faces]
+    (folder / "bar.obj").write_text("\n".join(lines) + "\n")
+    more = 'mesh = "bar.obj"\nmodel = "modal"\nmodes = { bending_xy = [1, 2], bending_xz = [1], torsion = [1, 2] }\n'
+    (folder / "twist.toml").write_text(BEAM.replace("MORE", more + 'effects = ["bending_xy", "bending_xz", "torsion"]'))
+    run("simulate", folder / "twist.toml", "-o", folder / "t.h5")
+    run("export", folder / "t.h5", "--to", "vtk", "-o", folder / "twist")
+    last = read_vtp(sorted((folder / "twist").glob("*.vtp"))[-1])
+    points, moved = (np.reshape(last[n], (-1, 3)) for n in ("Points", "displacement"))
+    tip = np.abs((points - moved)[:, 0] - 1) < 1e-3
+    arms = points[tip] - points[tip].mean(axis=0)
+    turned = np.linalg.norm(moved[tip] - moved[tip].mean(axis=0), axis=1).max() / 0.1
+    expect(turned > 0.2, f"the tip is turned by {turned} rad")
+    off = np.abs(np.linalg.norm(arms, axis=1) / 0.1 - 1).max()
+    expect(off < 1e-3, f"corners of a section turned by {turned:.3f} rad are off by {off:.1e} of their distance")
+
+
 with temporary_folder() as folder:
     folder = pathlib.Path(folder)
+    warnings_stay_warnings(folder)
+    sections_keep_their_size(folder)
     run("simulate", bending_pendulum(folder / "paper.toml"), "-o", folder / "p.h5", "--csv", folder / "wanted.csv", "--no-error-estimate")
 
     run("export", folder / "p.h5", "--to", "csv", "-o", folder / "p.csv")

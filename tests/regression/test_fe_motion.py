@@ -1,6 +1,7 @@
 """Bodies reduced from decks of beams in motion and under loads: closed forms say what is right."""
 import json
 import math
+import re
 
 from program import *
 
@@ -113,6 +114,19 @@ with temporary_folder() as name:
         (folder / "spun.toml").write_text(f"[simulation]\nduration = 0.02\noutput_rate = 500\n{scene}")
         said = run("simulate", folder / "spun.toml", "-q", "-o", folder / "spun.h5", *words).stderr
         expect(("has no geometric stiffening" in said) == told, f"stiffening that a file lacks at {rate} rad/s {more}: {said}")
+
+    # A file with stiffening, but without the first order of Oe.
+    reduce(beam_deck(0.4, 8, "RECT\n0.05, 0.003"), "--interface", "root=1", "--modes", 2, "--nodes", 3)
+    head, rest = re.split(r"\n\s*Oe\s*\n", (folder / "body.sid").read_text(), maxsplit=1)
+    block, rest = re.split(r"\n\s*end Oe\s*\n", rest, maxsplit=1)
+    kept = [line for line in block.splitlines() if not line.strip().startswith("m1")]
+    expect(len(kept) < len(block.splitlines()), "the file has no first order of Oe to take away")
+    (folder / "body.sid").write_text("\n".join([head, "Oe", *kept, "end Oe", rest]))
+    for rate, more, told in ((200, "", True), (200, without, True), (5, "", False)):
+        scene = spun([0, 0, 1], rate).replace(BODY, BODY + more)
+        (folder / "spun.toml").write_text(f"[simulation]\nduration = 0.02\noutput_rate = 500\n{scene}")
+        said = run("simulate", folder / "spun.toml", "-q", "-o", folder / "spun.h5").stderr
+        expect(("(Oe.M1)" in said) == told, f"centrifugal forces that a file lacks at {rate} rad/s {more}: {said}")
 
     # A narrow cantilever pushed across its stiff way, held in the deck or welded at its end in the scene: the lowest frequency of
     # EI w'' ^2 + 2 P (L - x) w'' theta + GJ theta'^2 (Ritz, ten powers of x); beyond Prandtl's load it tips over.

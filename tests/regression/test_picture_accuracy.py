@@ -180,6 +180,15 @@ with tempfile.TemporaryDirectory() as temporary:
     expect(abs(vertices["pixels"] * pixel / vertices["metres"] - 1) < 0.01, f"pixels do not fit metres: {vertices}")
     run("compare", folder / "loose.h5", folder / "tight.h5", "--pixels", 0.5 * vertices["pixels"], code=1)
     run("compare", folder / "loose.h5", folder / "tight.h5", "--pixels", 2 * vertices["pixels"])
+    # A run that ended earlier is compared as far as it goes, and told; one of other bodies is refused.
+    half = str(0.5 * columns["t"][-1])
+    simulate(folder, PENDULUM.replace("ACCURACY", ""), "short", "--tolerance", "1e-11", "--set", f"simulation.duration={half}")
+    done = run("compare", folder / "tight.h5", folder / "short.h5", "--json")
+    short = json.loads(done.stdout)
+    expect(short["metres"] < 1e-5 and short["left_out"] > 0, f"a run that is the same as far as it goes: {short}")
+    expect("only" in done.stderr and f"{short['left_out']} pictures" in done.stderr, f"nothing is said of its end: {done.stderr}")
+    simulate(folder, PENDULUM.replace("ACCURACY", "").replace('"rod', '"bar'), "renamed")
+    expect("other bodies" in run("compare", folder / "tight.h5", folder / "renamed.h5", code=2).stderr, "another body is compared")
 
     # A body that bends in one run only, in either order.
     for name, effects in (("stiff", "[]"), ("pressed", '["axial"]')):

@@ -154,6 +154,31 @@ scales = [1]
   EXPECT_TRUE(std::any_of(animation.notes.begin(), animation.notes.end(), told));
 }
 
+// Three digits without an exponent, whatever the size of the machine.
+TEST(Attachments, ValuesOfForcesAreReadable) {
+  const std::vector<std::pair<std::string, std::string>> wanted = {
+      {"2e9", "2 GN"}, {"999.7", "1 kN"}, {"999.4", "999 N"}, {"2.5e6", "2.5 MN"}, {"3e-7", "300 nN"}};
+  for (const auto& [value, words] : wanted) {
+    const std::string text = std::string(test::swinging_scene) + R"(
+[[force]]
+kind = "force"
+on = "block"
+direction = [0, 1, 0]
+value = ")" + value + R"("
+[render]
+forces = true
+scales = [1]
+)";
+    const sim::Results results = test::swinging_beam();
+    const sim::Scene scene = sim::parse_scene(text, "scene.toml");
+    const film::Animation animation = film::make_animation(results, film::parse_render_settings(text, "scene.toml"), &scene);
+    film::PictureMemory memory;
+    film::update_picture(animation, 5, memory);
+    ASSERT_EQ(memory.picture.labels.size(), 1u) << value;
+    EXPECT_EQ(memory.picture.labels[0].text, words) << value;
+  }
+}
+
 // A force per length: arrows of one length along the beam as it is bent, each from outside to the beam's surface, with the value in N/m.
 TEST(Attachments, AForcePerLengthIsARowOfArrowsThatEndAtTheBeam) {
   const sim::Results results = test::swinging_beam();

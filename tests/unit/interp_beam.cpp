@@ -122,6 +122,27 @@ TEST(InterpBeam, TorsionIsSmoothAndSectionsKeepTheirSize) {
   }
 }
 
+// The nodes of a run turn for good although a beam without stiffening moves them along straight lines, as a mode shape does.
+TEST(InterpBeam, SectionsOfARunKeepTheirSize) {
+  const Body bar = make_bar(1.0, 0.05, 101, 12);
+  Nodes nodes;
+  nodes.rotations = nodes.finite = true;
+  nodes.positions = Points::Zero(6, 3);
+  Points u = Points::Zero(6, 3), theta = u;
+  for (int i = 0; i < 6; ++i) {
+    const double x = 0.2 * i;
+    nodes.positions(i, 0) = x;
+    u(i, 1) = 0.02 * x * x;
+    theta.row(i) << 0.4 * x, 0.0, 0.04 * x;
+  }
+  Options options;
+  options.precise = true;
+  const Points got = bar.v + apply_precise(make_map(nodes, bar.view(), options), u, theta);
+  const auto tip = got.middleRows(Eigen::Index{100} * 12, 12);
+  const Eigen::RowVector3d centre = tip.colwise().mean();
+  for (Eigen::Index v = 0; v < 12; ++v) EXPECT_NEAR((tip.row(v) - centre).norm(), 0.05, 1e-6);
+}
+
 // The modal path is the first order of the exact one.
 TEST(InterpBeam, LinearIsTheLimitOfExact) {
   const Body bar = make_bar(1.0, 0.03, 51, 8);

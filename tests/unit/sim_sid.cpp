@@ -148,6 +148,19 @@ TEST(Sid, BlocksThatAreMissingAreMadeOrTold) {
          }),
          "Coriolis");
     told(lacks_without([](SidFile& f) { f.nodes.front().origin.reset(); }), "1 of");
+    const auto follow = [](std::optional<SidTaylor>& block, double value) {
+      block->order = 1;
+      block->entries.push_back({1, 1, 1, value});
+    };
+    told(lacks_without([&](SidFile& f) { follow(f.Ke, 1.0); }), "Ke.M1");
+    told(lacks_without([&](SidFile& f) { follow(f.Me, 1.0); }), "Me.M1");
+    EXPECT_TRUE(lacks_without([&](SidFile& f) { follow(f.Ke, 0.0); }).all.empty());
+    SidFile preloaded = whole;
+    preloaded.ksigma = make_sid_block(MatX::Zero(body.n, 1), {}, body.n);
+    follow(preloaded.ksigma, 7.0);
+    MatX softened = body.Ke;
+    softened(0, 0) += 7.0;
+    EXPECT_EQ(to_flexible_body(preloaded, names[sample]).Ke, softened) << names[sample];
     const SidLacks unturned = lacks_without([&](SidFile& f) {
       f.nodes.back().psi.reset();
       zero_order(f.nodes.back().AP);

@@ -181,6 +181,24 @@ TEST(SweepResponse, NumbersOfAHistory) {
   };
   for (const auto& [text, number] : wanted) EXPECT_NEAR(Response(text, h.columns, settings).value(h, values), number, 1e-5) << text;
   EXPECT_NEAR(Response("frequency(arm.x)", h.columns, settings).value(h, values), 5.0, 0.02);
+  for (const double periods : {0.3, 1.2, 1.6, 2.4, 5.0}) {
+    Histories slow = h;
+    const double duration = h.times[h.times.size() - 1] - h.times[0];
+    for (Eigen::Index i = 0; i < h.times.size(); ++i)
+      slow.values(0, i) = std::sin(2.0 * std::numbers::pi * periods * h.times[i] / duration + 1.0);
+    const Response response("2*frequency(arm.x)", h.columns, settings);
+    const double told = 0.5 * response.value(slow, values) * duration;
+    const bool warned = !response.too_few_periods(slow, values).empty();
+    EXPECT_EQ(warned, periods < 2.0) << periods;
+    EXPECT_TRUE(warned || std::abs(told - periods) < 0.03 * periods) << periods << " told as " << told;
+  }
+  try {
+    Response("range(v)/(max(v) - max(v))", h.columns, settings).value(h, values);
+    ADD_FAILURE() << "a division by zero was taken";
+  } catch (const SimulationError& error) {
+    EXPECT_NE(std::string(error.what()).find("'range(v)/(max(v) - max(v))'"), std::string::npos) << error.what();
+    EXPECT_EQ(std::string(error.what()).find("t = 0"), std::string::npos) << error.what();
+  }
   EXPECT_EQ(Response("peak = max(arm.x)", h.columns, settings).name(), "peak");
   EXPECT_EQ(Response("max(arm.x)", h.columns, settings).name(), "max(arm.x)");
 }
