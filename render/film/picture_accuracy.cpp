@@ -93,7 +93,7 @@ std::vector<std::string> places_of(sim::BodyDef& body, const sim::ResultBody& re
   if (auto* rigid = std::get_if<sim::RigidDef>(&body.kind)) {
     std::vector<std::string> out{""};
     for (const sim::Vec3& corner : far_corners(model)) {
-      out.push_back(fmt::format("corner {}", out.size()));
+      out.push_back(fmt::format("corner {} of the picture", out.size()));
       rigid->frames[out.back()] = corner;
     }
     return out;
@@ -193,7 +193,10 @@ double largest_motion(const sim::Results& results) {
 
 // The run that tells cameras and scales. Deformations are exaggerated by the largest: what beams go without must not be most of it, as
 // stretching is where nothing bends; they are judged by that (LeftOutWorth::shown).
-sim::Results pilot_run(const sim::Scene& scene, const sim::SimulateOptions& options) {
+// every: so many times as many samples, between which less moves unseen.
+sim::Results pilot_run(const sim::Scene& as_given, int every, const sim::SimulateOptions& options) {
+  sim::Scene scene = as_given;
+  scene.simulation.output_rate *= every;
   sim::SimulateOptions o = options;
   o.accuracy.reset();
   o.estimate_error = false;
@@ -227,6 +230,13 @@ WayShares way_shares(const Animation& animation, const sim::Scene& scene, bool p
   if (!map.unknown.empty())
     out.doubt = fmt::format("the error of the kernel map of '{}' is not known: too few nodes", fmt::join(map.unknown, "', '"));
   return out;
+}
+
+// How many times as many samples the pilot has: up to four times, none where they are many.
+int pilot_samples(const sim::Scene& scene) {
+  constexpr double enough = 2000.0, most = 4.0;
+  return static_cast<int>(
+      std::clamp(std::floor(enough / std::max(1.0, scene.simulation.duration * scene.simulation.output_rate)), 1.0, most));
 }
 
 // How many times as many samples keep their share, whole.
@@ -313,9 +323,14 @@ sim::Results simulate_for_pictures(const sim::Scene& scene, const RenderSettings
   plain.simulation.picture_accuracy.reset();
   plain.simulation.accuracy.reset();
   plain.simulation.tolerance.reset();
-  sim::Results pilot = pilot_run(plain, options);
+  const int every = pilot_samples(plain);
+  const sim::Results pilot = pilot_run(plain, every, options);
   Animation first = make_animation(pilot, settings, &plain);
   WayShares way = way_shares(first, plain, asked.pixels);
+  if (every > 1) {
+    const VertexDistance between = thinned_errors(first, every);
+    way.samples = asked.pixels ? between.pixels : between.metres;
+  }
   std::vector<std::string> chosen;
   if (const int factor = finer_samples(way.samples, asked.value); factor > 1) {
     plain.simulation.output_rate *= factor;
@@ -342,6 +357,7 @@ sim::Results simulate_for_pictures(const sim::Scene& scene, const RenderSettings
   // Judged with the nodes and cameras of the run itself.
   const double accuracy = question.accuracy, unit = for_simulation / accuracy;
   WayShares last = way_shares(drawn, plain, asked.pixels);
+  last.samples = std::max(last.samples, way.samples);
   const double others = std::max(0.0, results.statistics.error_estimate) * unit + last.map + last.raster;
   const bool by_samples = results.statistics.accuracy && others < asked.value && others + last.samples > asked.value;
   if (const int factor = finer_samples(last.samples, asked.value); by_samples && factor > 1) {

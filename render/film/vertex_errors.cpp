@@ -221,6 +221,50 @@ VertexDistance sample_errors(const Animation& animation, int most) {
   return out;
 }
 
+VertexDistance thinned_errors(const Animation& animation, int every) {
+  constexpr size_t points_of_body = 6;
+  constexpr int most_pictures = 5000, views = 8;
+  const sim::Results& results = *animation.results;
+  VertexDistance out;
+  const Eigen::Index last = results.times.size() - 1;
+  if (last < every) return out;
+  sim::VecX coarse(last / every + 1 + (last % every > 0 ? 1 : 0));
+  for (Eigen::Index i = 0; i < coarse.size(); ++i) coarse[i] = results.times[std::min(i * every, last)];
+  const std::vector<int> pictures = looked_at(animation, most_pictures);
+  for (size_t b = 0; b < results.bodies.size(); ++b) {
+    const BodyModel& model = animation.bodies[b];
+    const sim::ResultBody& body = results.bodies[b];
+    if (!model.visible || model.mesh.positions.empty()) continue;
+    const bool nodes = model.flexible && !body.nodes.empty() && body.displacement.cols() > 0;
+    const double scale = nodes ? largest_scale(animation, model) : 1.0;
+    double per_metre = 0.0;
+    for (const int k : looked_at(animation, views))
+      per_metre = std::max(per_metre, body_pixels_per_metre(PictureViews(animation, k), model,
+                                                            body_pose(body, find_sample(results.times, picture_time(animation, k)))));
+    const size_t count = nodes ? body.nodes.size() : model.mesh.positions.size(), step = std::max<size_t>(1, count / points_of_body);
+    const auto at = [&](size_t p, Eigen::Index sample) {
+      glm::dvec3 x =
+          nodes ? glm::dvec3(body.nodes[p].origin.x(), body.nodes[p].origin.y(), body.nodes[p].origin.z()) : model.mesh.positions[p];
+      if (nodes)
+        for (int a = 0; a < 3; ++a) x[a] += scale * body.displacement(sample, static_cast<Eigen::Index>(3 * p) + a);
+      return placed(body_pose(body, {sample, 0.0}), x);
+    };
+    for (const int k : pictures) {
+      const double t = picture_time(animation, k);
+      const SamplePlace fine = find_sample(results.times, t), place = find_sample(coarse, t);
+      if (place.share <= 0.0) continue;
+      const Eigen::Index from = std::min(place.index * every, last), to = std::min(from + every, last),
+                         next = std::min(fine.index + 1, last);
+      for (size_t p = 0; p < count; p += step) {
+        const glm::dvec3 is = (1.0 - fine.share) * at(p, fine.index) + fine.share * at(p, next);
+        const double metres = glm::length(is - (1.0 - place.share) * at(p, from) - place.share * at(p, to));
+        out.widen(metres * per_metre, metres, k, b);
+      }
+    }
+  }
+  return out;
+}
+
 namespace {
 
 // Displacement of any point of a beam as its elements have it: places and tangents of the nodes joined by cubic Hermite curves, sections

@@ -51,6 +51,10 @@ VertexDistance vertices_apart(const Animation& animation, const sim::Results& ot
 // What the samples' spacing takes from the motion between them: runs are drawn along straight lines between samples.
 VertexDistance sample_errors(const Animation& animation, int most);
 
+// The same told by a run of more samples, of which the other runs have every `every`-th: sees what moves between those alone. In all
+// pictures, at a few points of every body.
+VertexDistance thinned_errors(const Animation& animation, int every);
+
 // What the map from nodes to vertices is wrong by. Beams that are drawn by their section: against their elements' own shape functions
 // (cubic Hermite, sections stay plane). Bodies whose finite elements are known: against these. Others: what leaving out a node makes of the
 // map, or another kernel where the map is an elastic surface or solid, which are estimates. unknown: bodies of which nothing is known, by

@@ -210,7 +210,8 @@ double shortest_length(const Scene& scene) {
   };
   for (const BodyDef& body : scene.bodies)
     if (const auto* rigid = std::get_if<RigidDef>(&body.kind))
-      for (const auto& [name, place] : rigid->frames) take(place.norm());
+      for (const auto& [name, place] : rigid->frames)
+        if (!name.ends_with(" of the picture")) take(place.norm());  // render/film/picture_accuracy looks there, which tells no length
   Eigen::AlignedBox3d standing;
   for (const auto& [name, place] : scene.ground_frames) standing.extend(place);
   for (const JointDef& j : scene.joints) {
