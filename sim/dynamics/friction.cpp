@@ -237,6 +237,35 @@ void aim_breakaway(const Model& model, FrictionState& friction, FrictionPoint& l
   }
 }
 
+// Finds the points that wait. A group that the locks no longer hold starts in the direction in which it is driven.
+void wait_for_locks(const Model& model, FrictionState& friction, Waiting& waiting, Work& work) {
+  std::vector<FrictionPoint*> started;
+  for (size_t k = 0; k < friction.points.size(); ++k) {
+    FrictionPoint& p = friction.points[k];
+    if (grouped(p) && !leads(friction, p)) continue;
+    bool waits = p.phase != FrictionPhase::stick && p.phase != FrictionPhase::regularised && !waiting.driven[k];
+    const auto surface = grouped(p) ? group_of(friction, p) : std::span(&p, 1);
+    for (const FrictionPoint& point : surface) waits = waits && held_by_locks(point, friction, model, work);
+    if (waiting.waits[k] && !waits && p.phase == FrictionPhase::slip) started.push_back(&p);
+    waiting.waits[k] = waits;
+    for (FrictionPoint& point : surface)
+      point.law.coefficient = waits ? static_coefficient(point.law) : model.parts[point.part].joint.friction->coefficient;
+  }
+  for (FrictionPoint* p : started) aim_breakaway(model, friction, *p, work);
+}
+
+// Points that wait, but are driven: whether there are new ones.
+bool find_driven(const Model& model, const FrictionState& friction, const Work& work, Waiting& waiting) {
+  bool found = false;
+  for (size_t k = 0; k < friction.points.size(); ++k) {
+    const FrictionPoint& p = friction.points[k];
+    const size_t lead = grouped(p) ? p.first : k;
+    if (!waiting.waits[lead] || std::abs(work.wdot[model.parts[p.part].v0 + p.rate]) <= no_acceleration(model, work, p)) continue;
+    waiting.driven[lead] = found = true;
+  }
+  return found;
+}
+
 }  // namespace
 
 FrictionState make_friction(const Model& model, Work& work) {
@@ -311,11 +340,14 @@ void settle_friction(const Model& model, FrictionState& friction, const std::vec
     else
       for (FrictionPoint& other : group_of(friction, p)) other.phase = phase;
   };
+  Waiting waiting{std::vector<char>(friction.points.size(), 0), std::vector<char>(friction.points.size(), 0)};
+  for (FrictionPoint& p : friction.points) p.law = *model.parts[p.part].joint.friction;
   const bool turned = turn_round(model, friction, resting, work);
   for (int k : resting)
     if (!turned && friction.points[k].phase != FrictionPhase::regularised) set_phase(friction.points[k], FrictionPhase::stick);
   for (size_t pass = 0; pass <= 3 * friction.points.size() && !(turned && !any_sticks(friction)); ++pass) {
     renew_locks(model, friction, work);
+    wait_for_locks(model, friction, waiting, work);
     // What comes to rest with the others (rates in proportion to one another) is settled with them.
     bool more = false;
     for (FrictionPoint& p : friction.points) {
@@ -330,6 +362,7 @@ void settle_friction(const Model& model, FrictionState& friction, const std::vec
     }
     if (more) continue;
     update_friction_accelerations(model, friction, work);
+    if (find_driven(model, friction, work, waiting)) continue;
     FrictionPoint* worst = nullptr;
     double excess = 1.0;
     for (FrictionPoint& p : friction.points) {
@@ -376,7 +409,8 @@ void settle_friction(const Model& model, FrictionState& friction, const std::vec
       aim(friction, *worst, d.normalized());
       set_phase(*worst, FrictionPhase::slip);
       renew_locks(model, friction, work);
-      aim_breakaway(model, friction, *worst, work);
+      wait_for_locks(model, friction, waiting, work);
+      if (!waiting.waits[worst->first]) aim_breakaway(model, friction, *worst, work);
     } else {
       worst->phase = worst->hold < 0.0 ? FrictionPhase::forward : FrictionPhase::backward;
     }
