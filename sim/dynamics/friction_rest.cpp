@@ -1,5 +1,6 @@
 #include "sim/dynamics/friction_rest.h"
 
+#include "sim/base/eigen_solvers.h"
 #include "sim/dynamics/closure.h"
 
 #include <algorithm>
@@ -10,6 +11,10 @@ namespace {
 
 // A rate that moves another by less than this share of its own does so by rounding: rows that cancel leave a few digits of 1e-16.
 constexpr double cancelled = 1e-9;
+// Of the largest mobility: what is less is the rounding of rates that others hold.
+constexpr double independent = 1e-12;
+// And of slopes of its energy, against bounds that are a 1e-9 apart (share_out).
+constexpr double rounding = 1e-14;
 // Share of what a joint could hold below which nothing is said of how it is shared out.
 constexpr double pressing = 0.01;
 
@@ -99,6 +104,58 @@ bool held_by_locks(const FrictionPoint& p, const FrictionState& friction, const 
     if (std::abs(per) * scale > cancelled * rate_scale(model, p.cluster, cw.partition.ind[k])) return false;
   }
   return true;
+}
+
+Shares least_acceleration(const MatX& A, const VecX& a0, const VecX& bounds) {
+  const Eigen::Index n = a0.size();
+  // min |G x + c|, x = f / bounds within -1 .. 1 (Stark and Parker, bounded-variable least squares, 1995), from x = 0 on.
+  const MatX scaled = bounds.asDiagonal() * A * bounds.asDiagonal();
+  const SymmetricEigen eigen(scaled);
+  const double largest = std::max(eigen.eigenvalues().maxCoeff(), 0.0);
+  VecX root = VecX::Zero(n), inverse = VecX::Zero(n);
+  for (Eigen::Index i = 0; i < n; ++i)
+    if (eigen.eigenvalues()[i] > independent * largest) root[i] = std::sqrt(eigen.eigenvalues()[i]), inverse[i] = 1.0 / root[i];
+  const MatX G = root.asDiagonal() * eigen.eigenvectors().transpose();
+  const VecX c = inverse.asDiagonal() * eigen.eigenvectors().transpose() * bounds.cwiseProduct(a0);
+  Shares out{std::vector<Shares::Place>(static_cast<size_t>(n), Shares::idle), VecX::Zero(n), a0};
+  VecX x = VecX::Zero(n);
+  for (Eigen::Index step = 0; step < 20 * n; ++step) {
+    const VecX slope = G.transpose() * (G * x + c);
+    Eigen::Index next = -1;
+    double most = rounding * std::max(largest, (G.transpose() * c).cwiseAbs().maxCoeff());
+    for (Eigen::Index k = 0; k < n; ++k) {
+      const Shares::Place place = out.place[static_cast<size_t>(k)];
+      const double gain = place == Shares::idle ? std::abs(slope[k]) : place == Shares::bound ? slope[k] * x[k] : 0.0;
+      if (gain > most) most = gain, next = k;
+    }
+    if (next < 0) break;
+    out.place[static_cast<size_t>(next)] = Shares::between;
+    for (;;) {
+      std::vector<Eigen::Index> free;
+      VecX fixed = x;
+      for (Eigen::Index k = 0; k < n; ++k)
+        if (out.place[static_cast<size_t>(k)] == Shares::between) free.push_back(k), fixed[k] = 0.0;
+      if (free.empty()) break;
+      MatX columns(n, static_cast<Eigen::Index>(free.size()));
+      for (size_t k = 0; k < free.size(); ++k) columns.col(static_cast<Eigen::Index>(k)) = G.col(free[k]);
+      const VecX best = least_squares(columns, VecX(-(G * fixed + c)));
+      // As far towards it as the first bound.
+      double part = 1.0;
+      size_t first = free.size();
+      for (size_t k = 0; k < free.size(); ++k) {
+        const double to = best[static_cast<Eigen::Index>(k)], from = x[free[k]];
+        if (std::abs(to) <= 1.0) continue;
+        if (const double at = (std::copysign(1.0, to) - from) / (to - from); at < part) part = at, first = k;
+      }
+      for (size_t k = 0; k < free.size(); ++k) x[free[k]] += part * (best[static_cast<Eigen::Index>(k)] - x[free[k]]);
+      if (first == free.size()) break;
+      x[free[first]] = std::copysign(1.0, best[static_cast<Eigen::Index>(first)]);
+      out.place[static_cast<size_t>(free[first])] = Shares::bound;
+    }
+  }
+  out.force = bounds.cwiseProduct(x);
+  out.acceleration += A * out.force;
+  return out;
 }
 
 std::vector<int> openly_held(const Model& model, const FrictionState& friction, Work& work) {

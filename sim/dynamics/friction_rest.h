@@ -24,11 +24,25 @@ void follow_fastest(const Model& model, FrictionState& friction, const Work& wor
 double friction_rounding(const FrictionPoint& point, const FrictionState& friction, const Model& model);
 
 // Points that were let go, but stay at rest as long as what sticks holds: their static friction counts (FrictionPoint::law) until all of it
-// gives way. A char a point.
+// gives way. Per point.
 struct Waiting {
+  enum Sharing : char { open, known, found };  // known: by letting go of one after the other
   std::vector<char> waits;
-  std::vector<char> driven;  // a prescribed motion moves it, whatever sticks
+  std::vector<char> driven;     // a prescribed motion moves it, whatever sticks
+  std::vector<char> idle;       // others hold its share too: it carries nothing
+  std::vector<Sharing> shared;  // per cluster
 };
+
+// Friction forces f, each within its bound, under which the accelerations A f + a0 of the rates are least (in the energy of these
+// accelerations, Gauss): zero where a share-out within the bounds holds everything. A: positive semidefinite. As few as hold are between
+// their bounds.
+struct Shares {
+  enum Place : char { idle, between, bound };
+  std::vector<Place> place;
+  VecX force, acceleration;
+};
+Shares least_acceleration(const MatX& A, const VecX& a0, const VecX& bounds);
+
 // Whether a point that slips is at rest as long as the locks of its cluster hold. Velocities come first.
 bool held_by_locks(const FrictionPoint& point, const FrictionState& friction, const Model& model, const Work& work);
 

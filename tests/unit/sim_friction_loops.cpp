@@ -3,6 +3,8 @@
 // independent program.
 #include "mechanism_text.h"
 
+#include "sim/dynamics/friction_rest.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -198,6 +200,30 @@ TEST(FrictionLoops, PinsThatRestTogetherHoldTogether) {
     // How they share it is not told by rigid bodies.
     EXPECT_EQ(r.statistics.notes.texts(Severity::warning).size(), 1u);
   } while (std::next_permutation(order.begin(), order.end()));
+}
+
+// Shares of several rates that hold fewer motions: each force is within its bound, one at its bound opposes the acceleration, and what is
+// within does not accelerate (Gauss' principle: these conditions have one solution for the accelerations). Where a share-out holds
+// everything, as one within the bounds made the loads, nothing accelerates.
+TEST(FrictionLoops, SharesHoldWhatCanBeHeld) {
+  std::srand(7);
+  for (int trial = 0; trial < 400; ++trial) {
+    const Eigen::Index n = 3 + trial % 5, freedoms = 1 + trial % 3;
+    const MatX C = MatX::Random(n, freedoms);
+    const MatX A = C * C.transpose();
+    const VecX bounds = VecX::NullaryExpr(n, [](Eigen::Index) { return std::pow(10.0, Eigen::internal::random(-1.0, 1.0)); });
+    const double load = trial % 2 ? 0.999 : 3.0;
+    const VecX a0 = A * bounds.cwiseProduct(load * VecX::Random(n));
+    const Shares shares = least_acceleration(A, a0, bounds);
+    const double small = 1e-10 * (A.cwiseAbs() * bounds).maxCoeff();
+    EXPECT_LT((shares.acceleration - a0 - A * shares.force).cwiseAbs().maxCoeff(), small);
+    if (load < 1.0) EXPECT_LT(shares.acceleration.cwiseAbs().maxCoeff(), small) << trial;
+    for (Eigen::Index k = 0; k < n; ++k) {
+      ASSERT_LE(std::abs(shares.force[k]), bounds[k] * (1 + 1e-12)) << trial;
+      if (std::abs(shares.force[k]) < bounds[k] * (1 - 1e-12)) EXPECT_LT(std::abs(shares.acceleration[k]), small) << trial;
+      else EXPECT_LT(shares.force[k] * shares.acceleration[k], small * bounds[k]) << trial;
+    }
+  }
 }
 
 std::string on_stop(const std::string& kind, const std::string& stop, double value, double rate, double push) {
