@@ -17,6 +17,9 @@
 namespace flexframe::sim {
 namespace {
 
+// A force that is so near to its bound, relative to it, is let go: that is how sticking ends.
+constexpr double let_go = 1e-9;
+
 // Component of a joint's reaction force (axes of its outboard frame) that presses together the surfaces on which the point slips.
 template <class W>
 Vec3 reaction_force(const FrictionPoint& p, const Model& model, const FrictionState& friction, const W& work) {
@@ -237,6 +240,124 @@ void aim_breakaway(const Model& model, FrictionState& friction, FrictionPoint& l
   }
 }
 
+// Finds the points that wait. A group that the locks no longer hold starts in the direction in which it is driven.
+void wait_for_locks(const Model& model, FrictionState& friction, Waiting& waiting, Work& work) {
+  std::vector<FrictionPoint*> started;
+  for (size_t k = 0; k < friction.points.size(); ++k) {
+    FrictionPoint& p = friction.points[k];
+    if (grouped(p) && !leads(friction, p)) continue;
+    bool waits = p.phase != FrictionPhase::stick && p.phase != FrictionPhase::regularised && !waiting.driven[k];
+    const auto surface = grouped(p) ? group_of(friction, p) : std::span(&p, 1);
+    for (const FrictionPoint& point : surface) waits = waits && held_by_locks(point, friction, model, work);
+    if (waiting.waits[k] && !waits && p.phase == FrictionPhase::slip) started.push_back(&p);
+    waiting.waits[k] = waits;
+    for (FrictionPoint& point : surface)
+      point.law.coefficient = waiting.idle[k] && waits ? 0.0
+                              : waits ? static_coefficient(point.law) * (waiting.shared[p.cluster] == Waiting::found ? 1.0 - let_go : 1.0)
+                                      : model.parts[point.part].joint.friction->coefficient;
+  }
+  for (FrictionPoint* p : started) aim_breakaway(model, friction, *p, work);
+}
+
+// The shares of a cluster's sticking rates, none in a group and their normal forces given, where letting go of one after the other may miss
+// those that hold everything: which of them stick, wait at their bounds, carry nothing, or slip. False where their shares are not open.
+bool share_out(const Model& model, FrictionState& friction, int cluster, Waiting& waiting, Work& work) {
+  std::vector<size_t> resting;
+  for (size_t k = 0; k < friction.points.size(); ++k) {
+    const FrictionPoint& p = friction.points[k];
+    if (p.cluster != cluster || p.phase != FrictionPhase::stick) continue;
+    if (grouped(p) || p.law.reaction) return false;
+    resting.push_back(k);
+  }
+  const ClusterWork& cw = work.clusters[cluster];
+  const auto carried = std::count_if(cw.partition.rows.begin(), cw.partition.rows.end(), [&](int row) {
+    return row >= closure_row_count(model, work, cluster) - static_cast<int>(cw.locked.size()) + cw.carried;
+  });
+  if (carried >= static_cast<std::ptrdiff_t>(resting.size())) return false;
+  const auto law_of = [&](const FrictionPoint& p) { return *model.parts[p.part].joint.friction; };
+  // Accelerations without their friction, and for a unit of each.
+  for (const size_t k : resting) friction.points[k].phase = FrictionPhase::forward, friction.points[k].law.coefficient = 0.0;
+  renew_locks(model, friction, work);
+  update_friction_accelerations(model, friction, work);
+  const Eigen::Index n = static_cast<Eigen::Index>(resting.size());
+  const auto accelerations = [&]() {
+    update_accelerations(model, work);
+    VecX a(n);
+    for (Eigen::Index k = 0; k < n; ++k) a[k] = rate_of(friction.points[resting[k]], model, work.wdot);
+    return a;
+  };
+  const VecX a0 = accelerations();
+  MatX A(n, n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const FrictionPoint& p = friction.points[resting[k]];
+    const double probe = std::max(static_coefficient(law_of(p)) * p.normal * p.arm, 1e-6 * model.mass);
+    force_of(p, work.joints) = probe;
+    A.col(k) = (accelerations() - a0) / probe;
+    force_of(p, work.joints) = 0.0;
+  }
+  const MatX mobility = 0.5 * (A + A.transpose());
+  Shares shares;
+  VecX holds(n), rubs(n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const FrictionPoint& p = friction.points[resting[k]];
+    holds[k] = static_coefficient(law_of(p)) * p.normal * p.arm * (1.0 - let_go);
+    rubs[k] = law_of(p).coefficient * p.normal * p.arm;
+  }
+  std::vector<char> moves(resting.size(), 0), slid(resting.size(), 0);  // slid: has moved on the way there
+  for (bool more = true; more;) {
+    VecX bounds = holds;
+    for (Eigen::Index k = 0; k < n; ++k)
+      if (slid[k]) bounds[k] = std::min(rubs[k], holds[k]);
+    shares = least_acceleration(mobility, a0, bounds);
+    more = false;
+    for (Eigen::Index k = 0; k < n; ++k) {
+      const double size = mobility.row(k).cwiseAbs().dot(bounds) + std::abs(a0[k]);
+      moves[k] = shares.place[k] == Shares::bound && std::abs(shares.acceleration[k]) > 1e-13 * size;
+      if (!moves[k] || slid[k]) continue;
+      // It rubs with less than it held, and others may follow.
+      slid[k] = more = true;
+    }
+  }
+  for (Eigen::Index k = 0; k < n; ++k) {
+    FrictionPoint& p = friction.points[resting[k]];
+    p.law = law_of(p);
+    const bool bound = shares.place[k] == Shares::bound && (moves[k] || !slid[k]);
+    waiting.idle[resting[k]] = shares.place[k] == Shares::idle;
+    if (!bound && shares.place[k] != Shares::idle) p.phase = FrictionPhase::stick;
+    else p.phase = shares.force[k] > 0.0 ? FrictionPhase::backward : FrictionPhase::forward;
+  }
+  return true;
+}
+
+// Points that wait, but are driven: whether there are new ones.
+bool find_driven(const Model& model, const FrictionState& friction, const Work& work, Waiting& waiting) {
+  bool found = false;
+  for (size_t k = 0; k < friction.points.size(); ++k) {
+    const FrictionPoint& p = friction.points[k];
+    const size_t lead = grouped(p) ? p.first : k;
+    if (!waiting.waits[lead] || std::abs(work.wdot[model.parts[p.part].v0 + p.rate]) <= no_acceleration(model, work, p)) continue;
+    waiting.driven[lead] = found = true;
+  }
+  return found;
+}
+
+// Joints whose points have other phases than before.
+void tell_changes(const Model& model, const FrictionState& friction, const std::vector<FrictionPhase>& before,
+                  std::vector<std::string>& changes) {
+  for (size_t k = 0; k < friction.points.size(); ++k) {
+    const FrictionPoint& p = friction.points[k];
+    if (p.phase == before[k] || (grouped(p) && !leads(friction, p))) continue;
+    const TreeJoint& joint = model.parts[p.part].joint;
+    changes.push_back(fmt::format("joint '{}'{} {}", joint.name,
+                                  joint.nv == 1 || joint.nv == p.count ? ""
+                                  : p.count > 1 ? fmt::format(" (coordinates {} to {})", p.rate + 1, p.rate + p.count)
+                                                : fmt::format(" (coordinate {})", p.rate + 1),
+                                  p.phase == FrictionPhase::stick     ? "sticks"
+                                  : before[k] == FrictionPhase::stick ? "slips"
+                                                                      : "turns round"));
+  }
+}
+
 }  // namespace
 
 FrictionState make_friction(const Model& model, Work& work) {
@@ -311,11 +432,15 @@ void settle_friction(const Model& model, FrictionState& friction, const std::vec
     else
       for (FrictionPoint& other : group_of(friction, p)) other.phase = phase;
   };
+  const std::vector<char> none(friction.points.size(), 0);
+  Waiting waiting{none, none, none, std::vector<Waiting::Sharing>(model.clusters.size(), Waiting::open)};
+  for (FrictionPoint& p : friction.points) p.law = *model.parts[p.part].joint.friction;
   const bool turned = turn_round(model, friction, resting, work);
   for (int k : resting)
     if (!turned && friction.points[k].phase != FrictionPhase::regularised) set_phase(friction.points[k], FrictionPhase::stick);
   for (size_t pass = 0; pass <= 3 * friction.points.size() && !(turned && !any_sticks(friction)); ++pass) {
     renew_locks(model, friction, work);
+    wait_for_locks(model, friction, waiting, work);
     // What comes to rest with the others (rates in proportion to one another) is settled with them.
     bool more = false;
     for (FrictionPoint& p : friction.points) {
@@ -330,6 +455,7 @@ void settle_friction(const Model& model, FrictionState& friction, const std::vec
     }
     if (more) continue;
     update_friction_accelerations(model, friction, work);
+    if (find_driven(model, friction, work, waiting)) continue;
     FrictionPoint* worst = nullptr;
     double excess = 1.0;
     for (FrictionPoint& p : friction.points) {
@@ -347,7 +473,7 @@ void settle_friction(const Model& model, FrictionState& friction, const std::vec
           break;
         }
         const double force = held(friction, p), ratio = force / std::max(static_coefficient(p.law) * p.normal, 1e-300);
-        if (force > 0.0 && ratio > (1.0 - 1e-9) * excess) excess = ratio, worst = &p;
+        if (force > 0.0 && ratio > (1.0 - let_go) * excess) excess = ratio, worst = &p;
         continue;
       }
       const ClusterWork& cw = work.clusters[p.cluster];
@@ -364,11 +490,17 @@ void settle_friction(const Model& model, FrictionState& friction, const std::vec
       }
       const double bound = static_coefficient(p.law) * p.normal * p.arm;
       const double ratio = std::abs(p.hold) / std::max(bound, 1e-300);
-      // A force at its bound to rounding is let go: that is how sticking ends.
-      if (std::abs(p.hold) > 0.0 && ratio > (1.0 - 1e-9) * excess) excess = ratio, worst = &p;
+      // Shares that were found stay below.
+      if (std::abs(p.hold) > 0.0 && ratio > (1.0 - (waiting.shared[p.cluster] == Waiting::found ? 0.5 : 1.0) * let_go) * excess)
+        excess = ratio, worst = &p;
     }
     if (!worst) break;
     if (excess < 0.0) continue;
+    if (auto& shared = waiting.shared[worst->cluster]; shared == Waiting::open) {
+      const bool found = share_out(model, friction, worst->cluster, waiting, work);
+      shared = found ? Waiting::found : Waiting::known;
+      if (found) continue;
+    }
     if (grouped(*worst)) {
       VecX d(worst->count);
       Eigen::Index k = 0;
@@ -376,23 +508,13 @@ void settle_friction(const Model& model, FrictionState& friction, const std::vec
       aim(friction, *worst, d.normalized());
       set_phase(*worst, FrictionPhase::slip);
       renew_locks(model, friction, work);
-      aim_breakaway(model, friction, *worst, work);
+      wait_for_locks(model, friction, waiting, work);
+      if (!waiting.waits[worst->first]) aim_breakaway(model, friction, *worst, work);
     } else {
       worst->phase = worst->hold < 0.0 ? FrictionPhase::forward : FrictionPhase::backward;
     }
   }
-  for (size_t k = 0; k < friction.points.size(); ++k) {
-    const FrictionPoint& p = friction.points[k];
-    if (p.phase == before[k] || (grouped(p) && !leads(friction, p))) continue;
-    const TreeJoint& joint = model.parts[p.part].joint;
-    changes.push_back(fmt::format("joint '{}'{} {}", joint.name,
-                                  joint.nv == 1 || joint.nv == p.count ? ""
-                                  : p.count > 1 ? fmt::format(" (coordinates {} to {})", p.rate + 1, p.rate + p.count)
-                                                : fmt::format(" (coordinate {})", p.rate + 1),
-                                  p.phase == FrictionPhase::stick     ? "sticks"
-                                  : before[k] == FrictionPhase::stick ? "slips"
-                                                                      : "turns round"));
-  }
+  tell_changes(model, friction, before, changes);
 }
 
 void follow_slip(const Model& model, FrictionState& friction, const Work& work, bool turn) {

@@ -1,4 +1,5 @@
-// Reactions that rigid bodies leave open (dynamics/shared_reactions.h), told of where they are outputs or make friction.
+// Reactions that rigid bodies leave open (dynamics/shared_reactions.h), told of where they are outputs or make friction, and friction of
+// joints that rest together.
 #pragma once
 
 #include "sim/base/notes.h"
@@ -17,7 +18,7 @@ class OpenReactions {
   bool wants(size_t sample, size_t samples) const;
   // Looks at the state that set_state brought `system` to.
   void look(System& system);
-  // A warning that names the joints of whose reaction more than a hundredth is open.
+  // A warning that names the joints of whose reaction more than a hundredth is open, and one of those that rest by friction together.
   void warn(Notes& into) const;
 
  private:
@@ -27,7 +28,14 @@ class OpenReactions {
     bool rubs = false;  // its friction follows the reaction
     double open = 0.0;  // largest share
   };
+  // Of a cluster in which several rates can stick.
+  struct Resting {
+    int cluster = 0;
+    bool rubs = false;              // normal forces are reactions
+    std::vector<std::string> open;  // joints
+  };
   std::vector<Watched> watched_;
+  std::vector<Resting> resting_;
   Reactions reactions_;
 };
 

@@ -3,6 +3,8 @@
 // independent program.
 #include "mechanism_text.h"
 
+#include "sim/dynamics/friction_rest.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -162,6 +164,65 @@ TEST(FrictionLoops, ElasticRod) {
     const Results r = run(scene, tolerance);
     EXPECT_LT(energy_gap(r), 50 * tolerance * r.kinetic[0]) << tolerance;
     EXPECT_LT((column(r, "speed") - column(best, "speed")).cwiseAbs().maxCoeff(), 30 * std::max(1e-5, 100 * tolerance)) << tolerance;
+  }
+}
+
+// A parallelogram whose four pins hold more at rest than they rub with. They hold together until the moment on the crank, 5 t N m, is the
+// sum of what each can hold, whichever gives way first; then the links turn alike against the sum of what they rub with. Inertia of the
+// crank's angle: twice 0.01 + 1 kg (0.1 m)^2, and the coupler's 1 kg (0.2 m)^2.
+TEST(FrictionLoops, PinsThatRestTogetherHoldTogether) {
+  const std::array<double, 4> rubs{0.5, 0.3, 0.2, 0.4}, holds{0.8, 0.5, 0.4, 0.6};
+  const auto pin = [&](int k, const char* parent, const char* child, const char* more) {
+    return joint(fmt::format("p{}", k + 1), "revolute", parent, child,
+                 fmt::format("{}friction = {{ coefficient = {}, static_coefficient = {}, normal_force = 10, radius = 0.1 }}", more, rubs[k],
+                             holds[k]));
+  };
+  const std::array<std::string, 4> pins{pin(0, "ground", "crank", "initial = { value = 0.3 }\n"),
+                                        pin(1, "crank.end", "coupler", "initial = { guess = -0.3 }\n"),
+                                        pin(2, "coupler.end", "rocker.end", "initial = { guess = 0.3 }\n"),
+                                        pin(3, "ground", "rocker", "position = [0.4, 0, 0]\ninitial = { guess = 0.3 }\n")};
+  std::array<int, 4> order{0, 1, 2, 3};
+  do {
+    std::string scene = head(0.6, Vec3(0, 0, 0), 1000) + body("crank", 1, 0.01, 0.1, 0.2) + body("coupler", 1, 0.01, 0.2, 0.4) +
+                        body("rocker", 1, 0.01, 0.1, 0.2);
+    for (const int k : order) scene += pins[static_cast<size_t>(k)];
+    scene += "[[force]]\nkind = \"torque\"\non = \"crank\"\ndirection = [0, 0, 1]\nvalue = \"5*t\"\n" + output("angle", "p1", "value") +
+             output("held", "p3", "friction_force");
+    const Results r = run(scene, 1e-8);
+    const VecX& angle = column(r, "angle");
+    for (Eigen::Index i = 0; i < angle.size(); ++i) {
+      const double t = std::max(r.times[i], 0.46);
+      const double turned = (5.0 / 6 * (t * t * t - 0.46 * 0.46 * 0.46) - 1.4 / 2 * (t * t - 0.46 * 0.46) -
+                             (5.0 / 2 * 0.46 * 0.46 - 1.4 * 0.46) * (t - 0.46)) /
+                            0.08;
+      ASSERT_NEAR(angle[i], 0.3 + turned, 1e-6) << r.times[i];
+    }
+    // How they share it is not told by rigid bodies.
+    EXPECT_EQ(r.statistics.notes.texts(Severity::warning).size(), 1u);
+  } while (std::next_permutation(order.begin(), order.end()));
+}
+
+// Shares of several rates that hold fewer motions: each force is within its bound, one at its bound opposes the acceleration, and what is
+// within does not accelerate (Gauss' principle: these conditions have one solution for the accelerations). Where a share-out holds
+// everything, as one within the bounds made the loads, nothing accelerates.
+TEST(FrictionLoops, SharesHoldWhatCanBeHeld) {
+  std::srand(7);
+  for (int trial = 0; trial < 400; ++trial) {
+    const Eigen::Index n = 3 + trial % 5, freedoms = 1 + trial % 3;
+    const MatX C = MatX::Random(n, freedoms);
+    const MatX A = C * C.transpose();
+    const VecX bounds = VecX::NullaryExpr(n, [](Eigen::Index) { return std::pow(10.0, Eigen::internal::random(-1.0, 1.0)); });
+    const double load = trial % 2 ? 0.999 : 3.0;
+    const VecX a0 = A * bounds.cwiseProduct(load * VecX::Random(n));
+    const Shares shares = least_acceleration(A, a0, bounds);
+    const double small = 1e-10 * (A.cwiseAbs() * bounds).maxCoeff();
+    EXPECT_LT((shares.acceleration - a0 - A * shares.force).cwiseAbs().maxCoeff(), small);
+    if (load < 1.0) EXPECT_LT(shares.acceleration.cwiseAbs().maxCoeff(), small) << trial;
+    for (Eigen::Index k = 0; k < n; ++k) {
+      ASSERT_LE(std::abs(shares.force[k]), bounds[k] * (1 + 1e-12)) << trial;
+      if (std::abs(shares.force[k]) < bounds[k] * (1 - 1e-12)) EXPECT_LT(std::abs(shares.acceleration[k]), small) << trial;
+      else EXPECT_LT(shares.force[k] * shares.acceleration[k], small * bounds[k]) << trial;
+    }
   }
 }
 
