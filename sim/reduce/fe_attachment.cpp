@@ -16,13 +16,13 @@ using Triplets = std::vector<Eigen::Triplet<double>>;
 struct Weighted {
   const std::vector<int>& nodes;
   const std::vector<double>& weights;  // empty: equal
+  const Vec3& centre;                  // where their motion is wanted
 };
 
-// Adds the rows of the rigid motion at `centre` that fits the translations of `nodes` best: (sum w B^T B)^-1 sum w B^T u, B = [1,
+// Adds the rows of the rigid motion at the centre that fits the translations of `nodes` best: (sum w B^T B)^-1 sum w B^T u, B = [1,
 // -skew(r)]. Rotations about a line on which all nodes lie cannot be seen by them: they are the mean of the nodes' own, zero where these
 // have none. rows: 0 all six, 3 rotations only. Returns the middle.
-Vec3 fit(const FeModel& model, const FeSystem& system, const Weighted& of, const Vec3& centre, int from_row, Triplets& out,
-         FeAttachment* into = nullptr) {
+Vec3 fit(const FeModel& model, const FeSystem& system, const Weighted& of, int from_row, Triplets& out, FeAttachment* into = nullptr) {
   const std::vector<int>& nodes = of.nodes;
   const auto weight = [&](size_t i) { return of.weights.empty() ? 1.0 : of.weights[i]; };
   double size = 0.0, total = 0.0;
@@ -32,7 +32,7 @@ Vec3 fit(const FeModel& model, const FeSystem& system, const Weighted& of, const
       middle += weight(i) * model.nodes[nodes[i]];
       total += weight(i);
     }
-  if (!(total > 0.0)) return centre;
+  if (!(total > 0.0)) return of.centre;
   middle /= total;
   for (int n : nodes)
     if (moves(system.dof[n])) size = std::max(size, (model.nodes[n] - middle).norm());
@@ -53,7 +53,7 @@ Vec3 fit(const FeModel& model, const FeSystem& system, const Weighted& of, const
     into->spread = 0.5 * inertia.trace() * Mat3::Identity() - inertia;
     into->fitted = pseudo;
   }
-  const Vec3 arm = centre - middle;
+  const Vec3 arm = of.centre - middle;
   const Mat3 unseen = eigen.eigenvectors() * inverse.unaryExpr([](double k) { return k == 0.0 ? 1.0 : 0.0; }).asDiagonal() *
                       eigen.eigenvectors().transpose();
   double turning = 0.0;
@@ -117,7 +117,7 @@ FeAttachment node_attachment(const FeModel& model, const FeSystem& system, const
   if (system.dof[node][3] < 0) {
     a.own_rotation = false;
     const std::vector<double> equal;
-    for (const auto& list : neighbours) fit(model, system, {list, equal}, a.position, 3, t);
+    for (const auto& list : neighbours) fit(model, system, {list, equal, a.position}, 3, t);
   }
   a.motion.resize(6, system.size);
   a.motion.setFromTriplets(t.begin(), t.end());
@@ -129,7 +129,7 @@ FeAttachment averaging_attachment(const FeModel& model, const FeSystem& system, 
   a.id = spider.name.empty() ? fmt::format("{}", model.node_ids[spider.node]) : spider.name;
   a.position = model.nodes[spider.node];
   Triplets t;
-  a.arm = a.position - fit(model, system, {spider.slaves, spider.weights}, a.position, 0, t, &a);
+  a.arm = a.position - fit(model, system, {spider.slaves, spider.weights, a.position}, 0, t, &a);
   if (t.empty()) throw InputError(fmt::format("{}: spider '{}' reaches no node of an element", model.file, spider.name));
   a.motion.resize(6, system.size);
   a.motion.setFromTriplets(t.begin(), t.end());
