@@ -142,8 +142,8 @@ def richer(case, far, fine):
     words = []
     for b in case.beams:
         key = f"body.{b['name']}."
-        if b.get("effects", "auto") == "auto" and "without" not in b:
-            words += ["--set", f"{key}effects={ALL}"]
+        if b.get("effects", "auto") == "auto":
+            words += ["--set", f"{key}effects={json.dumps([e for e in json.loads(ALL) if e not in b.get('without', [])])}"]
         if "node[" in case.text or "station[" in case.text:
             continue  # the place is another one with other elements
         if b.get("model") == "mixed":
