@@ -508,7 +508,10 @@ void assemble_rates(const Model& model, const Scene& scene, Work& work, Notes& n
     for (int i : c.parts)
       if (const TreeJoint& j = model.parts[i].joint; j.motion >= 0)
         speed = std::max(speed, std::abs(work.motion[j.motion].rate) * (is_length(j.kind, 0) ? 1.0 : c.size));
-    if (left.cwiseAbs().maxCoeff() > 1e-8 * speed) {
+    // Rates that are rounding themselves contradict nothing: what opens over the run by less than a rounding of the loop's size.
+    constexpr double rounding = 1e-12;
+    const double open = left.cwiseAbs().maxCoeff();
+    if (open > 1e-8 * speed && open * scene.simulation.duration > rounding * c.size) {
       int row = 0;
       left.cwiseAbs().maxCoeff(&row);
       std::string motions, rates;

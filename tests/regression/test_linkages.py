@@ -361,8 +361,26 @@ def sprung_loop(folder):
     near(h["shaft.x"][0], -push, 1e-6 * abs(push), "the shaft holds against the spring")
 
 
+def rates_of_rounding(folder):
+    """A slider-crank whose given rates are what a program made of zero starts from rest; rates that do contradict are refused."""
+    crank, rod, turn = 0.1, 0.3, 0.7
+    lean = math.asin(crank * math.sin(turn) / rod)
+    for given, code in ((-2.7e-17, 0), (-2.7e-3, 2)):
+        text = simulation(0.5, output_rate=20, gravity=[0, -9.81, 0])
+        text += rigid("crank", mass=1, inertia=[0.1, 0.1, 0.1], frames={"end": [crank, 0, 0]})
+        text += rigid("rod", mass=1, inertia=[0.1, 0.1, 0.1], frames={"end": [rod, 0, 0]})
+        text += rigid("piston", mass=1, inertia=[0.1, 0.1, 0.1])
+        text += joint("shaft", "revolute", "ground", "crank", initial={"value": turn, "rate": 1e-16})
+        text += joint("big end", "revolute", "crank.end", "rod", initial={"value": -turn - lean, "rate": given})
+        text += joint("guide", "prismatic", "ground", "piston", axis=[1, 0, 0], initial={"rate": 3e-16})
+        text += joint("wrist", "revolute", "rod.end", "piston", initial={"rate": 0})
+        (folder / "rates.toml").write_text(text)
+        done = run("simulate", folder / "rates.toml", "--csv", folder / "h.csv", "--no-error-estimate", code=code)
+        expect(("contradict the loop" in done.stderr) == (code == 2), f"rate {given}: {done.stderr}")
+
+
 with temporary_folder() as folder:
     folder = pathlib.Path(folder)
-    for linkage in (jansen, watt, stephenson, quick_return, stewart, far_pins, many_turns, rubbing_slot, sprung_loop):
+    for linkage in (jansen, watt, stephenson, quick_return, stewart, far_pins, many_turns, rubbing_slot, sprung_loop, rates_of_rounding):
         linkage(folder)
 finish()
