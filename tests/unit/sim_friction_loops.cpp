@@ -217,11 +217,16 @@ TEST(FrictionLoops, SharesHoldWhatCanBeHeld) {
     const Shares shares = least_acceleration(A, a0, bounds);
     const double small = 1e-10 * (A.cwiseAbs() * bounds).maxCoeff();
     EXPECT_LT((shares.acceleration - a0 - A * shares.force).cwiseAbs().maxCoeff(), small);
-    if (load < 1.0) EXPECT_LT(shares.acceleration.cwiseAbs().maxCoeff(), small) << trial;
+    if (load < 1.0) {
+      EXPECT_LT(shares.acceleration.cwiseAbs().maxCoeff(), small) << trial;
+    }
     for (Eigen::Index k = 0; k < n; ++k) {
       ASSERT_LE(std::abs(shares.force[k]), bounds[k] * (1 + 1e-12)) << trial;
-      if (std::abs(shares.force[k]) < bounds[k] * (1 - 1e-12)) EXPECT_LT(std::abs(shares.acceleration[k]), small) << trial;
-      else EXPECT_LT(shares.force[k] * shares.acceleration[k], small * bounds[k]) << trial;
+      if (std::abs(shares.force[k]) < bounds[k] * (1 - 1e-12)) {
+        EXPECT_LT(std::abs(shares.acceleration[k]), small) << trial;
+      } else {
+        EXPECT_LT(shares.force[k] * shares.acceleration[k], small * bounds[k]) << trial;
+      }
     }
   }
 }
