@@ -61,6 +61,9 @@ class Case:
         self.beams = [b for b in self.scene.get("body", []) if b.get("kind") == "beam"]
         self.rate = self.scene.get("simulation", {}).get("output_rate", 1000.0)
 
+    def quantities(self):
+        return {o["name"]: o.get("quantity") for o in self.scene.get("output", []) if "name" in o}
+
     def elastic(self):
         return bool(self.beams) or any(b.get("kind") == "modal" for b in self.scene.get("body", []))
 
@@ -113,28 +116,54 @@ class Bench:
         code, out, _ = self.call(["compare", self.folder / f"{truth}.h5", self.folder / f"{other}.h5", "--json"], 120)
         return json.loads(out)["pixels"] if code == 0 else float("nan")
 
-    def error(self, truth, other, asked):
+    def error(self, truth, other, asked, case):
         if asked.endswith("px"):
             return self.pixels(truth, other)
-        return apart(self.history(truth), self.history(other))
+        return apart(self.history(truth), self.history(other), case.quantities())
 
 
-def apart(truth, other):
-    """Largest difference over the outputs relative to an output's range; at the times that both have. Vectors as a whole."""
+def matrices(vectors):
+    """Rotation vectors (n, 3) as matrices (n, 3, 3): Rodrigues' formula."""
+    angle = np.linalg.norm(vectors, axis=1)
+    k = np.zeros((len(vectors), 3, 3))
+    for (i, j), c, sign in (((0, 1), 2, -1), ((0, 2), 1, 1), ((1, 2), 0, -1)):
+        k[:, i, j] = sign * vectors[:, c]
+        k[:, j, i] = -k[:, i, j]
+    half = np.sinc(angle / (2 * np.pi))[:, None, None]
+    return np.eye(3) + np.sinc(angle / np.pi)[:, None, None] * k + 0.5 * half * half * (k @ k)
+
+
+def turned(a, b):
+    """Angles between orientations given as rotation vectors, which jump at full turns."""
+    between = np.swapaxes(matrices(a), 1, 2) @ matrices(b)
+    return 2 * np.arcsin(np.minimum(1.0, np.linalg.norm(between - np.eye(3), axis=(1, 2)) / np.sqrt(8)))
+
+
+def apart(truth, other, quantities):
+    """Largest difference over the outputs relative to an output's range; at the times that both have. Vectors as a whole; what stands still,
+    but for places, against the largest of its quantity. None: nothing is seen."""
     (t, b), (u, a) = truth, other
     at = np.clip(np.searchsorted(t, u), 1, len(t) - 1)
     at -= (abs(t[at - 1] - u) < abs(t[at] - u)).astype(int)
     there = abs(t[at] - u) <= 1e-9 * max(abs(t[-1]), abs(u[-1]), 1e-300)
-    worst = 0.0
+    worst, largest = None, collections.defaultdict(float)
+    for name, true in b.items():
+        largest[quantities.get(name)] = max(largest[quantities.get(name)], abs(true).max())
     for name, true in b.items():
         # Where nothing drives it the energy is constant but for rounding; a body has as many elastic coordinates as it has modes.
         if name not in a or not there.any() or name == "energy" or a[name].shape[1] != true.shape[1]:
             continue
+        quantity = quantities.get(name)
         for part in (slice(0, 3), slice(3, 6)) if true.shape[1] == 6 else (slice(None),):
             span = np.ptp(true[:, part], axis=0).max()
-            if span > max(1e-5 * abs(true[:, part]).max(), 1e-9 * abs(true).max(), 1e-12):
-                worst = max(worst, np.linalg.norm(a[name][there][:, part] - true[at[there]][:, part], axis=1).max() / span)
-    return float(worst)
+            if span <= max(1e-5 * abs(true[:, part]).max(), 1e-9 * abs(true).max(), 1e-12):
+                span = largest[quantity] if quantity in ("displacement", "deflection") else abs(true[:, part]).max()
+                if quantity in (None, "position") or span <= max(1e-6 * largest[quantity], 1e-12):
+                    continue
+            mine, his = a[name][there][:, part], true[at[there]][:, part]
+            off = turned(mine, his) if quantity == "rotation" and mine.shape[1] == 3 else np.linalg.norm(mine - his, axis=1)
+            worst = max(worst or 0.0, off.max() / span)
+    return None if worst is None else float(worst)
 
 
 def richer(case, far, fine):
@@ -228,7 +257,7 @@ def hand_grid(bench, case, asked, limit, longest):
                     summary, _, cpu = bench.simulate(case, "hand", setting, longest)
                     if not summary:
                         break
-                    errors = {a: bench.error("truth", "hand", a) for a in asked}
+                    errors = {a: bench.error("truth", "hand", a, case) or 0.0 for a in asked}
                     for a in asked:
                         if errors[a] <= limit[a] and cpu < best.get(a, (1e9,))[0]:
                             best[a] = (cpu, f"{form}, {method}, 1e-{k}" + (f", {rate} x samples" if rate > 1 else ""))
@@ -275,7 +304,10 @@ def rows_of(bench, case, args, asked):
         if not made:
             row["verdict"] = "no truth"
             continue
-        a, error = row["asked"], bench.error("truth", f"asked{n}", row["asked"])
+        a, error = row["asked"], bench.error("truth", f"asked{n}", row["asked"], case)
+        if error is None:  # no output moves or has a size
+            row["verdict"] = "kept"
+            continue
         if error > limit[a] and not row["said"] and case.beams and not far:
             # One frame a beam lacks what volumes have, also where it bends too little for a word at the default accuracy.
             far = True
@@ -285,14 +317,14 @@ def rows_of(bench, case, args, asked):
             if not made:
                 row["verdict"] = "no truth"
                 continue
-            error = bench.error("truth", f"asked{n}", a)
+            error = bench.error("truth", f"asked{n}", a, case)
         if error > limit[a] and not row["said"] and len(made) == 1:
             made = truths(bench, case, args.truth_limit, far, finer)
             if not made:
                 row["verdict"] = "no truth"
                 continue
         row["true"] = error
-        row["unsure"] = bench.error("truth", "second", a) if len(made) > 1 else None
+        row["unsure"] = bench.error("truth", "second", a, case) if len(made) > 1 else None
         unsure = row["unsure"] or 0.0
         if error != error:
             row["verdict"] = "no truth"
@@ -307,12 +339,30 @@ def rows_of(bench, case, args, asked):
         for row in rows:
             if row["asked"] in best:
                 row["hand"], row["by"] = best[row["asked"]]
+    if not args.short and not far and case.beams and any(estimate(r) == "too large" for r in rows):
+        by_volumes(bench, case, args.truth_limit, finer, rows)
     return rows
+
+
+def by_volumes(bench, case, limit, finer, rows):
+    """What is told of bending in one frame a beam is not seen by a truth that has one frame too: volumes, where two numbers of them agree."""
+    made = truths(bench, case, limit, True, finer)
+    if len(made) < 2:
+        return
+    for n, row in enumerate(rows):
+        if estimate(row) != "too large":
+            continue
+        a = row["asked"]
+        error, unsure = bench.error("truth", f"asked{n}", a, case), bench.error("truth", "second", a, case)
+        if row["true"] < error <= float(a.split()[0]) and unsure < 0.25 * error:
+            row.update(true=error, unsure=unsure, truth=made[0])
 
 
 def estimate(row):
     """kept, too large, too small, or None: what is told against what is true."""
     if row.get("true") is None or row["verdict"] in ("open", "no truth"):
+        return None
+    if any(words.startswith("shear of") for words in row["said"]):  # its truth has none either
         return None
     told, true = row["told"], row["true"]
     floor = max(NOTHING * float(row["asked"].split()[0]), 2 * (row.get("unsure") or 0.0))
