@@ -1,0 +1,223 @@
+#include "sim/accuracy/accuracy_straight.h"
+#include "sim/base/error.h"
+#include "sim/base/work_clock.h"
+#include "sim/run/judged_run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+
+namespace flexframe::sim {
+namespace {
+
+// How far the nearest run of those that follow vibrations may be off, in what is asked, at the end of their time: a round brings a third of
+// that for twice the price. And how far one may be that a search would still bring there.
+constexpr double surely_far = 5.0, within_reach = 2.0;
+// CPU s for few modes where events shift with tighter steps.
+constexpr double few_allowance = 8.0;
+
+}  // namespace
+
+// Vibrations that have to be followed, within so many CPU s: exact for linear ones, with as many modes as convergence asks for. What a
+// beam's eigenmodes beyond the n-th bring to its ends falls as n^-3 at least (beta^-4, times the tangent that it is measured from).
+std::optional<Finished> Straight::followed(double within) const {
+  Task task = t_;
+  task.straight = true;
+  task.search.method = Method::exponential;
+  task.search.accuracy = t_.accuracy;
+  const bool slow = fine_.units.empty() ? t_.search.reads_forces : std::any_of(fine_.units.begin(), fine_.units.end(), converges_slowly);
+  // Of several bodies the stiffer ones get few modes.
+  int bodies = 0;
+  for (size_t b = 0; b < t_.search.scene().bodies.size(); ++b) bodies += t_.search.chooses(b);
+  const double modes = (slow || bodies > 1 ? 1.5 : 0.7) * std::pow(t_.accuracy, -1.0 / 3.0);
+  // Two modes of stretching for 5e-3, four for 1e-3: what bodies pass on to each other along their axes rings as long as bending does
+  // (slider-crank: 2.2e-3 and 9e-4 off).
+  constexpr double two_stiff = 4e-3;
+  if (slow || (bodies > 1 && t_.accuracy < two_stiff)) task.search.stiff_at_first *= 2;
+  // More than so many at first are judged for seconds where fewer tell that it is hopeless (slider-crank at 5e-4).
+  constexpr double most_at_first = 16.0;
+  // Where rates decay too, steps cost what the fastest vibration asks for, whatever the tolerance.
+  const double tolerance = t_.search.undamped ? 3e-4 * t_.accuracy : std::min(3e-4 * t_.accuracy, 1e-5 * std::sqrt(t_.accuracy));
+  // Where something stretches or twists, which sets the steps, the exponential method costs little more down to this (slider-crank, 1e-4 to
+  // 3e-7: 0.11 to 0.19 CPU s), and errors of time do not hide what modes lack. Bending alone takes seven times the steps for it.
+  // Below 2e-7 it samples what oscillates, at a multiple of the price: an accuracy of 1e-3 stays just above that.
+  constexpr double free_at_least = 2.1e-7;
+  const double nearly_free = std::clamp(1.5e-4 * t_.accuracy, free_at_least, 3e-7);
+  const bool stiff = std::any_of(t_.search.states.begin(), t_.search.states.end(), [&](const EffectState& s) {
+    return (s.effect == "axial" || s.effect == "torsion") && (s.on || (s.possible && t_.search.decides(s)));
+  });
+  const double clear = stiff ? std::min(tolerance, std::max(nearly_free, 3e-5 * t_.accuracy)) : tolerance;
+  // Where each mode costs that much, rounds from few of them on cost less than one with too many. What is damped far has fast modes that
+  // follow their loads, for which static shapes stand, and decays that set the steps (geared arm at 1e-3: two modes 5e-5 off in 0.002 CPU
+  // s, sixteen 0.09).
+  constexpr double few_at_first = 2.0;
+  const bool few = few_ > 0 || !t_.search.rings;
+  // Of what is damped a run ten times looser may do: its own looser one tells, for a third of its price. What rings undamped is off by
+  // more, but for a tenth (pendulum, slider-crank at 1e-3: tried in vain, a quarter of the run's price), what samples by far less.
+  constexpr double a_tenth = 0.05;
+  task.clear = std::clamp(clear, 1e-10, 1e-4);
+  const bool looser = task.clear >= free_at_least && (!t_.search.undamped || t_.accuracy >= a_tenth);
+  const double start = looser ? std::min(10.0 * task.clear, 1e-4) : task.clear;
+  task.setting = {Search::level_for_modes(few ? few_at_first : std::min(modes, most_at_first)), start};
+  // However stiff, a body may carry what makes it bend, and no judge would see that it is rigid (three welded beams in space, the shortest
+  // rigid: 0.53 of the range, told as 7e-4).
+  for (const std::string& name : task.search.rigid_at(task.setting)) task.search.flexible.insert(name);
+  task.coarse = task.loose = looser_;
+  task.rigid = MatX::Zero(looser_.values.rows(), looser_.values.cols());
+  task.left_out = constant_effects(looser_);
+  task.shares = shares_;
+  task.search.until = std::min(until_, work_seconds() + within);
+  std::optional<Finished> f;
+  try {
+    f = finish_followed(task, std::max(shortest, 30.0 * run_.results.statistics.work));
+  } catch (const SearchSpent&) {
+    // So far off that a search, which takes the same way again, would not bring it there either.
+    const std::optional<Finished>& nearest = *task.nearest;
+    if (within >= unlimited && nearest && nearest->judged && nearest->error > surely_far * t_.accuracy) f = nearest;
+  } catch (const SimulationError&) {
+  } catch (const InputError&) {  // a scene that this method is not for
+  }
+  return f;
+}
+
+// CPU s of a search with volumes that would do as well as this run: volumes keep all of their elements' coordinates, of which six stand for
+// a mode here (pendulum: 8 modes of 96 elements lack as much as 48 elements), evaluations cost their cube. The run itself, a finer and a
+// looser one beside it, and coarser ones before. 0: not known.
+double Straight::price_of_volumes(const Finished& f) const {
+  constexpr double elements_a_mode = 6.0, of_tolerance = 2.0, runs = 6.0;
+  if (bending_.elements == 0) return 0.0;
+  double elements = 0.0;
+  for (const BodyDef& b : f.scene.bodies)
+    if (const auto* beam = std::get_if<BeamDef>(&b.kind)) elements = std::max(elements, elements_a_mode * beam->keep_modes.value_or(0));
+  return runs * of_tolerance * bending_.cpu * std::pow(std::max(1.0, elements / bending_.elements), 3);
+}
+
+std::optional<Finished> Straight::follow_vibrations(double within) {
+  std::optional<Finished> f = followed(within);
+  if (!f || !f->judged) return std::nullopt;
+  // The vibrations, followed, may ask for effects that the run which stepped over them did not show; what is left out is worth what it
+  // is along the run that followed them.
+  t_.search.adopt(f->judged->effects);
+  run_ = *f->judged;
+  set_aside_lacking();
+  if (!judge_deformations(true)) return std::nullopt;
+  const bool checked = check(*f);
+  // More modes would not do in the time of a search, which would go the same way again; volumes are another way, where they can.
+  if (f->error > t_.accuracy && bending_.share > 0.5 * f->error) {
+    const double price = price_of_volumes(*f);
+    if (price <= search_allowance(run_.results.statistics.work) && !leaves_out_more()) return std::nullopt;
+    f->unreached = fmt::format(
+        "; beams bend too far for one frame, and a search with volumes would take some {:.0f} CPU s: request less "
+        "accuracy, or give volumes",
+        price);
+  }
+  // Where runs are dear, those of a search have fewer modes yet: it brings what misses by little there (console of two beams in space).
+  if (f->error > t_.accuracy && few_ > 0 && f->error <= within_reach * t_.accuracy) return std::nullopt;
+  const auto chosen = [&](const LeftOutWorth& w) { return chosen_by_scene(w); };
+  const bool by_choice = std::any_of(run_.left_out.begin(), run_.left_out.end(), chosen) ||
+                         std::any_of(run_.second_order.begin(), run_.second_order.end(), chosen);
+  if (f->error > t_.accuracy) {
+    if (by_choice || leaves_out_more()) report_chosen(*f);
+    return f;
+  }
+  if (!checked || std::hypot(f->error, effects_) > t_.accuracy) return std::nullopt;
+  if (by_choice) report_chosen(*f);
+  return f;
+}
+
+// CPU s for another way where what rings little is damped.
+double Straight::allowed_to_try() const {
+  constexpr double least_try = 0.03, dearer_try = 3.0;
+  return least_try + dearer_try * run_.results.statistics.work;
+}
+
+// CPU s for few modes in place of the next run of all coordinates, which is judged by others that cost as much again. (Slider-crank with
+// friction of finite elements at 0.1 and 1e-2: cut off by the price of that run alone, it went on to searches of 14 and 25 CPU s.)
+double Straight::allowed_for_few() const {
+  constexpr double with_judges = 2.5;
+  return std::min(with_judges * next_work(), most_for_few());
+}
+
+double Straight::most_for_few() const {
+  constexpr double runs = 3.0;
+  return std::max(few_allowance, runs * run_.results.statistics.work);
+}
+
+// Follows them for a while; where that does not keep the accuracy all is as it was before.
+std::optional<Finished> Straight::try_following() {
+  tried_ = true;
+  // What is damped far may have decays so fast that the method takes a step for each: tighter steps of an implicit one are the other way.
+  const double begun = work_seconds(), run = run_.results.statistics.work;
+  const JudgedRun stepped = run_;
+  const Search search = t_.search;
+  if (judge_effects(true))
+    if (std::optional<Finished> f = follow_vibrations(few_ > 0          ? shortest
+                                                      : t_.search.rings ? std::max(0.3, run)
+                                                                        : allowed_to_try());
+        f && f->error <= t_.accuracy)
+      return f;
+  run_ = stepped;
+  t_.search = search;
+  until_ += work_seconds() - begun;
+  t_.search.until = until_;
+  return std::nullopt;
+}
+
+// Without a run before it: where runs of few modes are dear too, each of an implicit method costs as much as all that follow vibrations.
+// What is left out is told by the run itself.
+std::optional<Finished> Straight::follow_first() {
+  if (!t_.search.smooth || !t_.search.rings || !t_.search.elastic || follows_vibrations(t_.options->method)) return std::nullopt;
+  if (t_.search.scene().simulation.method != Method::automatic || t_.options->method) return std::nullopt;
+  const Search search = t_.search;
+  const double asked_for = tolerance_;
+  std::optional<Finished> f = follow_vibrations(shortest);
+  if (f && f->error <= t_.accuracy) {
+    looser_ = f->looser;
+    time_ = MatX::Constant(1, 1, f->time);
+    tolerance_ = 0.1 * f->loose_tolerance;
+    if (measure_effects(f->method, true)) {
+      f->effects = std::hypot(f->effects, effects_);
+      f->error = std::max(std::hypot(f->error, effects_), f->time + std::hypot(f->space, f->effects));
+      if (f->error <= t_.accuracy) {
+        f->results.statistics.error_estimate = f->error;
+        return f;
+      }
+    }
+  }
+  run_ = {}, looser_ = {}, time_ = MatX(), tolerance_ = asked_for, effects_ = 0.0, shares_.clear();
+  t_.search = search;
+  return std::nullopt;
+}
+
+// Few modes in place of all coordinates, by an implicit method as before: what is damped lets it take long steps in them.
+std::optional<Finished> Straight::try_few(const Scene& as_given, const Search& search, double within) {
+  if (few_ > 0 || (t_.search.rings && t_.search.smooth) || !t_.search.all_in_elements()) return std::nullopt;
+  // What has come to no end within the half of it does not now.
+  if (within < 2.0 * few_in_vain_) return std::nullopt;
+  const double begun = work_seconds();
+  Task task = t_;
+  task.search = search;
+  Straight few(task);
+  few.few_ = few_at_first();
+  few.tried_ = true;  // to follow vibrations
+  few.begin_at_ = judged_at_;
+  few.until_ = begun + within;
+  std::optional<Finished> f;
+  try {
+    f = few.go(as_given);
+  } catch (const SearchSpent&) {
+    few_in_vain_ = within;
+  }
+  if (f) t_ = std::move(task);
+  else begin_at_ = few.judged_at_;
+  until_ += work_seconds() - begun;
+  t_.search.until = until_;
+  return f;
+}
+
+}  // namespace flexframe::sim
