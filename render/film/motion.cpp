@@ -6,14 +6,14 @@
 namespace flexframe::film {
 namespace {
 
-glm::dmat4 pose_of(const Eigen::MatrixX3d& position, const Eigen::MatrixX4d& orientation, const SamplePlace& place) {
-  const Eigen::Index i = place.index;
-  sim::Vec3 p = position.row(i).transpose();
-  sim::Quat q(orientation(i, 0), orientation(i, 1), orientation(i, 2), orientation(i, 3));
-  if (place.share > 0.0) {
-    p += place.share * (position.row(i + 1).transpose() - p);
-    const sim::Quat next(orientation(i + 1, 0), orientation(i + 1, 1), orientation(i + 1, 2), orientation(i + 1, 3));
-    q = q.slerp(place.share, next);
+glm::dmat4 pose_of(const Eigen::MatrixX3d& position, const Eigen::MatrixX4d& orientation, Eigen::Index from, Eigen::Index to,
+                   double share) {
+  sim::Vec3 p = position.row(from).transpose();
+  sim::Quat q(orientation(from, 0), orientation(from, 1), orientation(from, 2), orientation(from, 3));
+  if (share > 0.0) {
+    p += share * (position.row(to).transpose() - p);
+    const sim::Quat next(orientation(to, 0), orientation(to, 1), orientation(to, 2), orientation(to, 3));
+    q = q.slerp(share, next);
   }
   q.normalize();
   const sim::Mat3 r = q.toRotationMatrix();
@@ -38,9 +38,17 @@ SamplePlace find_sample(const sim::VecX& times, double t) {
   return {after - 1, share};
 }
 
-glm::dmat4 body_pose(const sim::ResultBody& body, const SamplePlace& place) { return pose_of(body.position, body.orientation, place); }
+glm::dmat4 body_pose(const sim::ResultBody& body, const SamplePlace& place) {
+  return pose_of(body.position, body.orientation, place.index, place.index + 1, place.share);
+}
 
-glm::dmat4 joint_pose(const sim::ResultJoint& joint, const SamplePlace& place) { return pose_of(joint.position, joint.orientation, place); }
+glm::dmat4 pose_between(const sim::ResultBody& body, Eigen::Index from, Eigen::Index to, double share) {
+  return pose_of(body.position, body.orientation, from, to, share);
+}
+
+glm::dmat4 joint_pose(const sim::ResultJoint& joint, const SamplePlace& place) {
+  return pose_of(joint.position, joint.orientation, place.index, place.index + 1, place.share);
+}
 
 void node_motion(const sim::ResultBody& body, const SamplePlace& place, interp::Points& displacement, interp::Points& rotation) {
   const Eigen::Index nn = static_cast<Eigen::Index>(body.nodes.size()), i = place.index;

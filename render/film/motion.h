@@ -26,6 +26,8 @@ SamplePlace find_sample(const sim::VecX& times, double t);
 
 // World from body.
 glm::dmat4 body_pose(const sim::ResultBody& body, const SamplePlace& place);
+// The same between any two samples, share (0 to 1) of the way from one to the other.
+glm::dmat4 pose_between(const sim::ResultBody& body, Eigen::Index from, Eigen::Index to, double share);
 glm::dmat4 joint_pose(const sim::ResultJoint& joint, const SamplePlace& place);
 
 // Displacements and rotation vectors of the nodes, nn x 3; rotations 0 x 3 where the results have none. Memory is reused.

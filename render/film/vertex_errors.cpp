@@ -184,6 +184,35 @@ VertexDistance vertices_apart(const Animation& animation, const sim::Results& ot
   return out;
 }
 
+namespace {
+
+// The nodes of a body, of a rigid one its vertices, as they are drawn between two samples: poses turn evenly, displacements run straight.
+class DrawnPoints {
+ public:
+  DrawnPoints(const Animation& animation, const BodyModel& model, const sim::ResultBody& body)
+      : model_(model), body_(body), nodes_(model.flexible && !body.nodes.empty()), scale_(largest_scale(animation, model)) {}
+  size_t count() const { return nodes_ ? body_.nodes.size() : model_.mesh.positions.size(); }
+  // World, m; share (0 to 1) of the way from one sample to the other.
+  glm::dvec3 between(size_t p, Eigen::Index from, Eigen::Index to, double share) const {
+    if (!nodes_) return placed(pose_between(body_, from, to, share), model_.mesh.positions[p]);
+    glm::dvec3 x(body_.nodes[p].origin.x(), body_.nodes[p].origin.y(), body_.nodes[p].origin.z());
+    if (body_.displacement.cols() > 0)
+      for (int a = 0; a < 3; ++a) {
+        const Eigen::Index column = static_cast<Eigen::Index>(3 * p) + a;
+        x[a] += scale_ * ((1.0 - share) * body_.displacement(from, column) + share * body_.displacement(to, column));
+      }
+    return placed(pose_between(body_, from, to, share), x);
+  }
+
+ private:
+  const BodyModel& model_;
+  const sim::ResultBody& body_;
+  bool nodes_;
+  double scale_;
+};
+
+}  // namespace
+
 VertexDistance sample_errors(const Animation& animation, int most) {
   const sim::Results& results = *animation.results;
   VertexDistance out;
@@ -194,25 +223,18 @@ VertexDistance sample_errors(const Animation& animation, int most) {
     if (place.share <= 0.0) continue;
     const PictureViews views(animation, k);
     const Eigen::Index i = std::clamp<Eigen::Index>(place.index, 1, last - 2);
-    const double weight = 0.5 * place.share * (1.0 - place.share);
+    const double weight = place.share * (1.0 - place.share);
     for (size_t b = 0; b < results.bodies.size(); ++b) {
       const BodyModel& model = animation.bodies[b];
       const sim::ResultBody& body = results.bodies[b];
       if (!model.visible || model.mesh.positions.empty()) continue;
-      const double scale = largest_scale(animation, model), per_metre = body_pixels_per_metre(views, model, body_pose(body, place));
-      // The nodes, or of a rigid body vertices here and there: second differences of their places before, at and after the two samples.
-      const size_t points = model.flexible && !body.nodes.empty() ? body.nodes.size() : model.mesh.positions.size();
-      const size_t step = std::max<size_t>(1, points / 40);
-      const auto at = [&](size_t p, Eigen::Index sample) {
-        const bool node = model.flexible && !body.nodes.empty();
-        glm::dvec3 x =
-            node ? glm::dvec3(body.nodes[p].origin.x(), body.nodes[p].origin.y(), body.nodes[p].origin.z()) : model.mesh.positions[p];
-        if (node && body.displacement.cols() > 0)
-          for (int a = 0; a < 3; ++a) x[a] += scale * body.displacement(sample, static_cast<Eigen::Index>(3 * p) + a);
-        return placed(body_pose(body, {sample, 0.0}), x);
-      };
-      for (size_t p = 0; p < points; p += step) {
-        const glm::dvec3 bent = 0.5 * (at(p, i - 1) - at(p, i) - at(p, i + 1) + at(p, i + 2));  // mean of the two second differences
+      const double per_metre = body_pixels_per_metre(views, model, body_pose(body, place));
+      const DrawnPoints points(animation, model, body);
+      const size_t step = std::max<size_t>(1, points.count() / 40);
+      for (size_t p = 0; p < points.count(); p += step) {
+        // What the samples at both sides are missed by where they are left out, which is twice as much of the acceleration.
+        const auto missed = [&](Eigen::Index s) { return points.between(p, s - 1, s + 1, 0.5) - points.between(p, s, s, 0.0); };
+        const glm::dvec3 bent = 0.5 * (missed(i) + missed(i + 1));
         const double metres = weight * glm::length(bent);
         out.widen(metres * per_metre, metres, k, b);
       }
@@ -235,29 +257,20 @@ VertexDistance thinned_errors(const Animation& animation, int every) {
     const BodyModel& model = animation.bodies[b];
     const sim::ResultBody& body = results.bodies[b];
     if (!model.visible || model.mesh.positions.empty()) continue;
-    const bool nodes = model.flexible && !body.nodes.empty() && body.displacement.cols() > 0;
-    const double scale = nodes ? largest_scale(animation, model) : 1.0;
     double per_metre = 0.0;
     for (const int k : looked_at(animation, views))
       per_metre = std::max(per_metre, body_pixels_per_metre(PictureViews(animation, k), model,
                                                             body_pose(body, find_sample(results.times, picture_time(animation, k)))));
-    const size_t count = nodes ? body.nodes.size() : model.mesh.positions.size(), step = std::max<size_t>(1, count / points_of_body);
-    const auto at = [&](size_t p, Eigen::Index sample) {
-      glm::dvec3 x =
-          nodes ? glm::dvec3(body.nodes[p].origin.x(), body.nodes[p].origin.y(), body.nodes[p].origin.z()) : model.mesh.positions[p];
-      if (nodes)
-        for (int a = 0; a < 3; ++a) x[a] += scale * body.displacement(sample, static_cast<Eigen::Index>(3 * p) + a);
-      return placed(body_pose(body, {sample, 0.0}), x);
-    };
+    const DrawnPoints points(animation, model, body);
+    const size_t step = std::max<size_t>(1, points.count() / points_of_body);
     for (const int k : pictures) {
       const double t = picture_time(animation, k);
       const SamplePlace fine = find_sample(results.times, t), place = find_sample(coarse, t);
       if (place.share <= 0.0) continue;
       const Eigen::Index from = std::min(place.index * every, last), to = std::min(from + every, last),
                          next = std::min(fine.index + 1, last);
-      for (size_t p = 0; p < count; p += step) {
-        const glm::dvec3 is = (1.0 - fine.share) * at(p, fine.index) + fine.share * at(p, next);
-        const double metres = glm::length(is - (1.0 - place.share) * at(p, from) - place.share * at(p, to));
+      for (size_t p = 0; p < points.count(); p += step) {
+        const double metres = glm::length(points.between(p, fine.index, next, fine.share) - points.between(p, from, to, place.share));
         out.widen(metres * per_metre, metres, k, b);
       }
     }

@@ -182,7 +182,7 @@ std::optional<Finished> Straight::finish_as_written() {
   const bool without_effects = exceeds(elastic_margin, none);
   short_of_effects_ = !without_effects && exceeds(effects_margin, left_out);
   short_of_margins_ = without_effects || short_of_effects_;
-  f.add_up(thinned, std::min(1.0, likely_) * time_, space_, left_out);
+  f.add_up(thinned, told_, space_, left_out);
   if (short_of_margins_) return std::nullopt;
   t_.decade = std::max(1.05, run_.results.statistics.work / std::max(looser_.statistics.work, 1e-9));
   f.results = run_.results;

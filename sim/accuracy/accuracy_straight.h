@@ -94,6 +94,7 @@ class Straight {
   VecX sizes_of(const Histories& h) const;
   std::optional<Histories> loose_run(const Scene& scene, double tolerance, const System* start = nullptr);
   Verdict judge_time(const Scene& scene);
+  bool look_tighter(const Scene& scene, const Histories& thinned, double change);
   MatX constant_effects(const Histories& like) const;
 
   Task& t_;
@@ -129,16 +130,16 @@ class Straight {
   Verdict by_time_ = Verdict::kept;                       // of a run that called for more effects
   double needed_ = 0.0;                                   // how many times as near it has to be in time
   double lost_before_ = 0.0;                              // the same of the run before where that was too far off to tell, else 0
-  MatX time_, space_;
-  double likely_ = 1.0;              // of time_, what is told
-  std::optional<Histories> other_;   // the last run by which space was judged
-  double other_at_ = 0.0;            // its tolerance
-  double allowed_ = longest;         // CPU s of the next run
-  double until_ = 1e300;             // work_seconds() at which this ends
-  double step_ = 0.1;                // by which the tolerance has to fall
-  double effects_ = 0.0;             // what is left out is worth
-  std::vector<Task::Share> shares_;  // of them
-  BendingWorth bending_;             // in beams' own frames
+  MatX time_, space_;                                     // by which a run is accepted
+  MatX told_;                                             // of time, what is told
+  std::optional<Histories> other_;                        // the last run by which space was judged
+  double other_at_ = 0.0;                                 // its tolerance
+  double allowed_ = longest;                              // CPU s of the next run
+  double until_ = 1e300;                                  // work_seconds() at which this ends
+  double step_ = 0.1;                                     // by which the tolerance has to fall
+  double effects_ = 0.0;                                  // what is left out is worth
+  std::vector<Task::Share> shares_;                       // of them
+  BendingWorth bending_;                                  // in beams' own frames
 };
 
 }  // namespace flexframe::sim

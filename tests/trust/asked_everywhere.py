@@ -331,8 +331,10 @@ def rows_of(bench, case, args, asked):
         elif error <= limit[a]:
             row["verdict"] = "open" if unsure > 2 * limit[a] and not row["said"] else "kept"
         else:
-            row["verdict"] = "warned" if row["said"] else "open" if unsure > 0.5 * error else "SILENT"
+            row["verdict"] = "warned" if row["said"] else "open" if error - unsure <= limit[a] or unsure > 0.5 * error else "SILENT"
         row["truth"] = made[0]
+        # The scene as written has the effects of the default accuracy only.
+        row["weak"] = "effects=" not in made[0] and any(b.get("effects", "auto") == "auto" for b in case.beams)
     if made and not args.short and not args.no_prices:
         longest = min(args.hand_limit, 1.0 + max(r["cpu"] for r in rows))  # a dearer one is no answer to what asking costs
         best = hand_grid(bench, case, [r["asked"] for r in rows if "true" in r], limit, longest)
@@ -360,7 +362,7 @@ def by_volumes(bench, case, limit, finer, rows):
 
 def estimate(row):
     """kept, too large, too small, or None: what is told against what is true."""
-    if row.get("true") is None or row["verdict"] in ("open", "no truth"):
+    if row.get("true") is None or row.get("weak") or row["verdict"] in ("open", "no truth"):
         return None
     if any(words.startswith("shear of") for words in row["said"]):  # its truth has none either
         return None
