@@ -102,8 +102,8 @@ double PictureViews::pixels_per_metre(const glm::dvec3& world) const {
   for (const render::ViewFrame& view : views_) {
     glm::dvec2 pixel;
     if (!seen(view, world, pixel)) continue;
-    const double distance = view.orthographic ? 1.0 : -(view.view * glm::dvec4(world, 1.0)).z;
-    out = std::max(out, 1.0 / (view.pixel * std::max(distance, view.near)));
+    const double distance = view.orthographic ? 1.0 : std::max(-(view.view * glm::dvec4(world, 1.0)).z, view.near);
+    out = std::max(out, 1.0 / (view.pixel * distance));
   }
   return out;
 }

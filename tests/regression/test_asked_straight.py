@@ -57,6 +57,8 @@ def double_pendulum(folder):
         bend = truth[1] - truth[0]
         error = max(np.abs(h["p"] - truth[0]).max() / np.ptp(truth[0]), np.abs(h["q"] - bend).max() / np.ptp(bend))
         judge("double pendulum", summary, error, asked)
+        told = summary["accuracy"]["error"]
+        expect(0.2 * error <= told <= 5 * error, f"double pendulum: {told:.2e} told, {error:.2e} true")
         expect(len(summary["accuracy"]["chosen"]) == 1 and "as written" in summary["accuracy"]["chosen"][0], "a search was made")
 
 

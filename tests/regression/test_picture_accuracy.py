@@ -167,6 +167,22 @@ with tempfile.TemporaryDirectory() as temporary:
         parts = shares["time"] + math.hypot(shares["space"], shares["effects"]) + shares["map"] + shares["samples"] + shares["raster"]
         expect(parts <= 1.2 * shares["total"] + 1e-9, f"the shares add up to {parts}, the total is {shares['total']}")
 
+    # Poses turn evenly between samples: a rotor at constant speed lacks nothing there, a pendulum what its angular acceleration brings.
+    seldom = PENDULUM.replace("output_rate = 100", "output_rate = 20").replace("frame_rate = 10", "frame_rate = 30")
+    rotor = seldom.replace(f"[0, {-G}, 0]", "[0, 0, 0]").replace("{ value =", "{ rate = 20, value =")
+    for name, text in (("rotor", rotor), ("pendulum", seldom)):
+        asked = simulate(folder, text.replace("ACCURACY", 'accuracy = "5 px"'), name)["accuracy"]
+        simulate(folder, text.replace("ACCURACY", "").replace("output_rate = 20", "output_rate = 1200"), "tight", "--tolerance", "1e-11")
+        apart = json.loads(run("compare", folder / "tight.h5", folder / f"{name}.h5", "--json").stdout)["pixels"]
+        shares = asked["picture"]
+        print(f"{name}: {apart:.2e} px, told {shares['total']:.2e}, of samples {shares['samples']:.2e}; {asked['chosen']}")
+        if name == "rotor":
+            expect(max(apart, shares["samples"]) < 1e-6, f"a rotor is off by {apart} px, told {shares}")
+            expect(not any("output_rate" in words for words in asked["chosen"]), f"more samples for a rotor: {asked['chosen']}")
+        else:
+            expect(apart <= shares["total"] <= 5 * apart, f"a pendulum is off by {apart} px, told {shares}")
+            expect(shares["samples"] > 0.5 * apart, f"samples take {shares['samples']} px of {apart}")
+
     # Two results compared by their vertices: a loose run is as far from the truth as its histories say.
     simulate(folder, PENDULUM.replace("ACCURACY", ""), "loose", "--tolerance", "1e-3")
     simulate(folder, PENDULUM.replace("ACCURACY", ""), "tight", "--tolerance", "1e-11")
