@@ -523,6 +523,8 @@ void map_nodes(const sim::ResultBody& body, const BodyDrawing& drawing, const Bo
       model.from_cache = mapped.from_cache;
       map_warnings = std::move(mapped.report.warnings);
     } else {
+      if (settings.color_by == ColorBy::strain && body.node_phi.size() > 0 && body.node_phi.cols() == body.q.cols())
+        model.strain_modes = interp::cached_modes(nodes, model.view(), options, body.node_phi, body.node_psi, settings.cache).columns;
       model.map = interp::make_map_for(nodes, model.view(), options, motions_of(body));
       map_warnings = model.map->report.warnings;
       if (settings.color_by == ColorBy::map_error) {

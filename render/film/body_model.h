@@ -84,16 +84,17 @@ struct BodyModel {
   bool closed = false;                  // back faces need not be drawn
   bool visible = true;
   interp::NormalLayout normals;
-  std::vector<float> rest;                      // 3 M
-  std::vector<glm::vec3> rest_normals;          // per shading point
-  std::vector<int> vertex_nodes;                // the node that each vertex is, of a surface of the results' own; else
-  std::optional<interp::Map> map;               // nodal series, or
-  std::optional<interp::ModeColumns> modes;     // of a body whose nodes are linear in its coordinates
-  std::optional<interp::ModeColumns> doubt;     // colour by map_error where the elements' shapes are known (interp/faces.h), else
-  std::optional<interp::ErrorBar> error_bar;    // of other bodies
-  std::optional<interp::ModeDoubt> mode_doubt;  // of `modes` by the kernel map
-  bool from_cache = false;                      // the modes were read from RenderSettings::cache
-  std::vector<int> welded;                      // colour by strain: vertices at one place have one number
+  std::vector<float> rest;                          // 3 M
+  std::vector<glm::vec3> rest_normals;              // per shading point
+  std::vector<int> vertex_nodes;                    // the node that each vertex is, of a surface of the results' own; else
+  std::optional<interp::Map> map;                   // nodal series, or
+  std::optional<interp::ModeColumns> modes;         // of a body whose nodes are linear in its coordinates
+  std::optional<interp::ModeColumns> strain_modes;  // colour by strain of a body with coordinates whose motion is a nodal series
+  std::optional<interp::ModeColumns> doubt;         // colour by map_error where the elements' shapes are known (interp/faces.h), else
+  std::optional<interp::ErrorBar> error_bar;        // of other bodies
+  std::optional<interp::ModeDoubt> mode_doubt;      // of `modes` by the kernel map
+  bool from_cache = false;                          // the modes were read from RenderSettings::cache
+  std::vector<int> welded;                          // colour by strain: vertices at one place have one number
   std::optional<interp::ModeColumns>
       stress;  // colour by stress of a modal body that knows its stress modes: 6 M rows, xx yy zz xy yz xz of each vertex, Pa
   std::optional<BeamStress> beam_stress;  // colour by stress of a beam, or

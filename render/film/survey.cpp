@@ -236,6 +236,12 @@ void update_scalars(const ColoredBody& of, double t, const BodyMemory& memory, S
       elastic_coordinates(body, place, work.body.q);
       load_strains(body, place, work.body.load_strain);
       beam_stresses(*model.beam_strain, {body, work.body.q, work.body.load_strain}, StressMeasure::von_mises, scalars);
+    } else if (const interp::ModeColumns* modes = model.modes ? &*model.modes : model.strain_modes ? &*model.strain_modes : nullptr) {
+      // What the nodes do in second order makes up for what the modes lengthen as they turn, and strains nothing.
+      elastic_coordinates(body, find_sample(results.times, t), work.body.q);
+      work.before.resize(model.rest.size());
+      interp::apply_modes(*modes, work.body.q, work.before, 1);
+      interp::compute_strain(model.view(), model.welded, work.before, scalars, true);
     } else {
       interp::compute_strain(model.view(), model.welded, memory.displacement, scalars);
     }

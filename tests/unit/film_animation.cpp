@@ -269,6 +269,34 @@ TEST(Animation, StrainOfBendingIsCurvatureTimesHeight) {
   EXPECT_NEAR(animation.scalar_map.upper, 2.0 * 0.001 * 0.02, 0.1 * 2.0 * 0.001 * 0.02);
 }
 
+// Modes are linear however far they turn: what they lengthen on the way, half the square of the turn, is no strain.
+TEST(Animation, StrainOfAModalBodyGoesWithItsCoordinates) {
+  const Scratch scratch;
+  std::string obj;
+  constexpr int nx = 40;
+  for (int i = 0; i <= nx; ++i)
+    for (const auto& [y, z] : {std::pair(-0.02, -0.02), std::pair(0.02, -0.02), std::pair(0.02, 0.02), std::pair(-0.02, 0.02)})
+      obj += fmt::format("v {} {} {}\n", i / double(nx), y, z);
+  for (int i = 0; i < nx; ++i)
+    for (int k = 0; k < 4; ++k)
+      obj += fmt::format("f {} {} {} {}\n", 4 * i + k + 1, 4 * i + (k + 1) % 4 + 1, 4 * i + (k + 1) % 4 + 5, 4 * i + k + 5);
+  const auto strain = [&](double amplitude) {
+    sim::Results r = test::swinging_beam(amplitude);
+    test::make_modal(r);
+    r.bodies[0].kind = "modal";
+    r.bodies[0].mesh = scratch.put("bar.obj", obj).string();
+    film::RenderSettings s = small_settings();
+    s.color_by = film::ColorBy::strain;
+    return film::make_animation(r, s, nullptr).scalar_map.upper;
+  };
+  // 3.2 a curvature at the root; a vertex at an edge has the mean of the faces beside it.
+  const double small = strain(1e-4);
+  EXPECT_GT(small, 0.5 * 3.2 * 1e-4 * 0.02);
+  EXPECT_LT(small, 1.05 * 3.2 * 1e-4 * 0.02);
+  // The moments that are looked at go by the places of the block, which the deflection moves.
+  EXPECT_NEAR(strain(0.3), 3000.0 * small, 0.05 * 3000.0 * small);
+}
+
 // A bar whose nodes know the stress of bending and of a pull that grows along it, s_xx = c (y + x / 10), and of a shear besides, s_xz = t:
 // von Mises sqrt(s_xx^2 + 3 s_xz^2) at every vertex.
 TEST(Animation, StressOfAModalBodyIsVonMisesOfItsStressModes) {
