@@ -209,7 +209,10 @@ void set_colors(Animation& animation, const Survey& survey) {
   map.lower = range ? range->first : animation.settings.range.symmetric || is_signed(animation.settings) ? -largest : 0.0;
   map.logarithmic = animation.settings.range.logarithmic && map.upper > 0.0;
   if (map.logarithmic && !range) map.lower = 1e-3 * map.upper;
-  if (all > map.upper * (1.0 + 1e-9)) map.above = all;
+  // Values of single precision.
+  const double rounded = 1e-6 * (map.upper - map.lower);
+  if (survey.highest_scalar > map.upper + rounded) map.above = survey.highest_scalar;
+  if (survey.lowest_scalar < map.lower - rounded) map.below = survey.lowest_scalar;
   const ColorBy by = animation.settings.color_by;
   if (by == ColorBy::none || by == ColorBy::body) return;
   if (by != ColorBy::displacement && largest <= 0.0 && !has_values(animation, survey)) {
@@ -245,7 +248,7 @@ void set_colors(Animation& animation, const Survey& survey) {
         fmt::format("the mesh may be off by up to {:.3g} {} between the nodes (t = {:.4g} s): estimated by leaving out one "
                     "node at a time",
                     all * animation.scalar_bar->factor, animation.scalar_bar->unit, at));
-  if (map.above && !range)
+  if (!range && all > largest * (1.0 + 1e-9))
     animation.notes.push_back(fmt::format(
         "colours end at {:.3g} {}; the largest value, {:.3g} {} at t = {:.4g} s, lies above: color_range = \"full\" takes it in",
         largest * animation.scalar_bar->factor, animation.scalar_bar->unit, all * animation.scalar_bar->factor, animation.scalar_bar->unit,

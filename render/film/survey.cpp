@@ -321,13 +321,28 @@ Seen see(const sim::Results& results, const std::vector<BodyModel>& bodies, cons
     BodyMemory& own = memory.bodies[b];
     seen.moment.pose.push_back(body_pose(body, place));
     std::vector<glm::vec3> moved;
+    // What is not drawn decides on no colours and scales.
+    if (!bodies[b].visible) {
+      seen.moment.displacement.emplace_back();
+      continue;
+    }
+    const auto coloured = [&](double value) {
+      if (!std::isfinite(value)) return;
+      seen.moment.largest_scalar = std::max(seen.moment.largest_scalar, std::abs(value));
+      seen.moment.lowest_scalar = std::min(seen.moment.lowest_scalar, value);
+      seen.moment.highest_scalar = std::max(seen.moment.highest_scalar, value);
+    };
     if (bodies[b].flexible) {
       update_displacement(bodies[b], body, place, own);
       const std::vector<float>& u = own.displacement;
-      double square = 0.0;
-      for (size_t i = 0; i + 2 < u.size(); i += 3)
-        square = std::max(square, double(u[i]) * u[i] + double(u[i + 1]) * u[i + 1] + double(u[i + 2]) * u[i + 2]);
+      double square = 0.0, least = std::numeric_limits<double>::infinity();
+      for (size_t i = 0; i + 2 < u.size(); i += 3) {
+        const double here = double(u[i]) * u[i] + double(u[i + 1]) * u[i + 1] + double(u[i + 2]) * u[i + 2];
+        square = std::max(square, here);
+        least = std::min(least, here);
+      }
       seen.reach[b] = std::sqrt(square);
+      if (settings.color_by == ColorBy::displacement) coloured(std::sqrt(least));
       for (int i : chosen[b]) {
         const float* const at = u.data() + 3 * static_cast<std::ptrdiff_t>(i);
         moved.emplace_back(at[0], at[1], at[2]);
@@ -343,9 +358,9 @@ Seen see(const sim::Results& results, const std::vector<BodyModel>& bodies, cons
     seen.moment.displacement.push_back(std::move(moved));
     if (settings.color_by != ColorBy::none && settings.color_by != ColorBy::body && settings.color_by != ColorBy::displacement) {
       update_scalars({bodies[b], results, b, settings}, t, own, memory.scalars, memory.values);
-      for (float s : memory.values) seen.moment.largest_scalar = std::max(seen.moment.largest_scalar, std::abs(double(s)));
+      for (const float s : memory.values) coloured(static_cast<double>(s));
     }
-    if (settings.color_by == ColorBy::displacement) seen.moment.largest_scalar = std::max(seen.moment.largest_scalar, seen.reach[b]);
+    if (settings.color_by == ColorBy::displacement) coloured(seen.reach[b]);
   }
   return seen;
 }
@@ -387,13 +402,15 @@ Survey survey_motion(const sim::Results& results, const std::vector<BodyModel>& 
   for (Seen& s : seen) {
     for (double reach : s.reach) survey.largest_displacement = std::max(survey.largest_displacement, reach);
     survey.largest_scalar = std::max(survey.largest_scalar, s.moment.largest_scalar);
+    survey.lowest_scalar = std::min(survey.lowest_scalar, s.moment.lowest_scalar);
+    survey.highest_scalar = std::max(survey.highest_scalar, s.moment.highest_scalar);
     survey.moments.push_back(std::move(s.moment));
   }
 
   // Only linear exaggeration is warned of; a body turns most, as good as, where it is displaced most.
   BodyMemory memory;
   for (size_t b = 0; b < bodies.size() && !settings.corotated; ++b) {
-    if (!bodies[b].flexible) continue;
+    if (!bodies[b].flexible || !bodies[b].visible) continue;
     std::vector<size_t> order(seen.size());
     std::iota(order.begin(), order.end(), size_t{0});
     const auto end = order.begin() + static_cast<std::ptrdiff_t>(std::min(turn_moments, order.size()));

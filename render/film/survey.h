@@ -6,6 +6,7 @@
 
 #include <glm/glm.hpp>
 
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -16,15 +17,17 @@ namespace flexframe::film {
 struct Survey {
   struct Moment {
     double t = 0.0;
-    double largest_scalar = 0.0;                       // of what the bodies are coloured by
-    std::vector<glm::dmat4> pose;                      // a body each
+    double largest_scalar = 0.0;  // of what the visible bodies are coloured by, without its sign
+    double lowest_scalar = std::numeric_limits<double>::infinity(), highest_scalar = -lowest_scalar;  // with it; nothing: crossed
+    std::vector<glm::dmat4> pose;                                                                     // a body each
     std::vector<std::vector<glm::vec3>> displacement;  // of the support points of each body; empty: rigid
   };
   std::vector<std::vector<glm::dvec3>> support;  // a body each: vertices that bound it, undeformed
   std::vector<Moment> moments;
-  double largest_displacement = 0.0;  // m, of any vertex
-  double largest_scalar = 0.0;        // of what the bodies are coloured by
-  double largest_turn = 0.0;          // rad, of any triangle by the elastic displacement
+  double largest_displacement = 0.0;  // m, of any vertex of a visible body
+  double largest_scalar = 0.0;        // of what the visible bodies are coloured by
+  double lowest_scalar = std::numeric_limits<double>::infinity(), highest_scalar = -lowest_scalar;
+  double largest_turn = 0.0;  // rad, of any triangle by the elastic displacement
 };
 
 // A body of the results, and what it is coloured by.
