@@ -179,6 +179,37 @@ double missed_speed(const Animation& animation, const Survey& survey) {
   return missed[missed.size() / 2];
 }
 
+// Stress counts what modes leave out of inertia, by accelerations that are differences of samples.
+void tell_of_inertia(Animation& animation, const Survey& survey) {
+  sim::Notes notes;
+  for (size_t b = 0; b < animation.bodies.size(); ++b) {
+    const BodyModel& model = animation.bodies[b];
+    const sim::ResultBody& body = animation.results->bodies[b];
+    if (!model.visible || !model.stress_of_loads) continue;
+    const std::string owner = fmt::format("body '{}'", body.name);
+    // Half a radian leaves 2 % of a circle's acceleration; beyond half a turn nothing tells how fast it is.
+    constexpr double far = 0.5, told = 0.05;
+    if (const double turn = turn_between_samples(body); turn > far) {
+      notes.warn(owner, fmt::format("turns by {:.2g} rad from one sample to the next: the stress of its inertia is not known from that; a "
+                                    "larger output_rate tells it",
+                                    turn));
+      continue;
+    }
+    ScalarMemory work;
+    double largest = 0.0;
+    const double unit = model.shares_of_yield && model.yield_stress > 0.0 ? model.yield_stress : 1.0;
+    const size_t step = 1 + survey.moments.size() / 32;
+    for (size_t k = 0; k < survey.moments.size(); k += step)
+      largest = std::max(largest, doubt_of_inertia({model, *animation.results, b, animation.settings}, survey.moments[k].t, work) / unit);
+    if (largest > told * survey.largest_scalar)
+      notes.warn(owner,
+                 fmt::format("its stress may be off by {:.2g} % of the largest: its accelerations are differences from one sample to "
+                             "the next; a larger output_rate sharpens them",
+                             100.0 * largest / survey.largest_scalar));
+  }
+  for (std::string& text : notes.texts(sim::Severity::warning)) animation.warnings.push_back(std::move(text));
+}
+
 }  // namespace
 
 void set_colors(Animation& animation, const Survey& survey) {
@@ -226,6 +257,7 @@ void set_colors(Animation& animation, const Survey& survey) {
     animation.scalar_bar = {.label = "strain", .unit = small ? "µm/m" : "%", .factor = small ? 1e6 : 100.0};
   } else if (by == ColorBy::stress) {
     set_stress_bar(animation, reach, all, at);
+    tell_of_inertia(animation, survey);
   } else {
     const auto [unit, factor] = readable_unit("m", reach);
     const bool velocity = by == ColorBy::velocity;

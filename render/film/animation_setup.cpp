@@ -305,6 +305,7 @@ Animation make_animation(const sim::Results& results, const RenderSettings& aske
           measured == (!results.bodies[b].mesh.empty() || (def && !def->shapes.empty()))) {
         interp::look();
         BodyDrawing drawing{.def = def, .size = size, .places = {}};
+        if (scene) drawing.gravity = scene->simulation.gravity;
         if (def) drawing.places = holding_places(*scene, *def);
         animation.bodies[b] = make_body_model(results.bodies[b], drawing, settings, static_cast<int>(b));
       }

@@ -476,8 +476,19 @@ bool map_shapes(const sim::ResultBody& body, const sim::BodySurface& known, cons
   if (settings.color_by == ColorBy::map_error) model.doubt = interp::map_doubt(faces, *feet, known.phi);
   if (settings.color_by == ColorBy::strain || settings.color_by == ColorBy::stress) model.welded = interp::weld_rows(model.view());
   if (settings.color_by == ColorBy::stress) {
-    if (known.stress.size() > 0) model.stress = interp::map_field(*feet, 6, known.stress);
-    else
+    if (known.stress.size() > 0) {
+      model.stress_of_loads = settings.inertia && known.load_stress.size() > 0;
+      sim::MatX field(known.stress.rows(), known.stress.cols() + (model.stress_of_loads ? known.load_stress.cols() : 0));
+      field.leftCols(known.stress.cols()) = known.stress;
+      if (model.stress_of_loads) field.rightCols(known.load_stress.cols()) = known.load_stress;
+      model.stress = interp::map_field(*feet, 6, field);
+      if (settings.inertia && known.load_stress.size() == 0)
+        model.warnings.push_back(
+            "its file was made by an older version: stress of inertia and weight that its modes leave out is not in the colours; reduce it "
+            "again");
+      if (render::Mesh surface = element_mesh(known, body.name); !render::turn_shells_outwards(surface).closed)
+        model.warnings.push_back("its elements are shells: their stress is that of the face to which their normals point");
+    } else
       model.warnings.push_back(
           "no stress modes are known (flexframe reduce --stress): not coloured by stress; color_by = \"strain\" needs none");
   }
@@ -548,8 +559,13 @@ void map_nodes(const sim::ResultBody& body, const BodyDrawing& drawing, const Bo
           "colours by strain are those of the drawn mesh, rough at its edges and ends, and wrong where it twists");
   }
   if (settings.color_by == ColorBy::stress) {
-    if (body.node_stress.size() > 0) model.stress = map_stress(body, model);
-    else if (body.kind == "beam") set_beam_stress(body, drawing.def, look, model);
+    if (body.node_stress.size() > 0) {
+      model.stress = map_stress(body, model);
+      if (settings.inertia)
+        model.warnings.push_back(
+            "stress of inertia and weight that its modes leave out is not in the colours: a body file with its elements' shapes has it "
+            "(flexframe reduce --stress -o BODY.h5)");
+    } else if (body.kind == "beam") set_beam_stress(body, drawing.def, look, model);
     else if (body.kind == "modal")
       model.warnings.push_back(
           "no stress modes are known (flexframe reduce --stress): not coloured by stress; color_by = \"strain\" needs none");
@@ -567,6 +583,7 @@ BodyModel make_body_model(const sim::ResultBody& body, const BodyDrawing& drawin
   model.visible = look.visible;
   model.ghost = look.ghost;
   model.ghost_color = look.ghost_color;
+  model.gravity = drawing.gravity;
   model.yield_stress = look.yield_stress > 0.0 ? look.yield_stress : settings.yield_stress;
   model.edges = look.edges.value_or(settings.edges);
   std::string why;

@@ -97,6 +97,8 @@ struct BodyModel {
   std::vector<int> welded;                          // colour by strain: vertices at one place have one number
   std::optional<interp::ModeColumns>
       stress;  // colour by stress of a modal body that knows its stress modes: 6 M rows, xx yy zz xy yz xz of each vertex, Pa
+  bool stress_of_loads = false;           // its last columns are of sim::InertiaLoads, what the modes leave out
+  sim::Vec3 gravity = sim::Vec3::Zero();  // m/s^2, world
   std::optional<BeamStress> beam_stress;  // colour by stress of a beam, or
   std::optional<BeamStress> beam_strain;  // by strain: as stress whose moduli are one, see make_beam_strain; else strains are the mesh's
   std::shared_ptr<const interp::Corotated> corotated;
@@ -109,9 +111,10 @@ struct BodyModel {
 
 // What a body is drawn by beside its results.
 struct BodyDrawing {
-  const sim::BodyDef* def = nullptr;  // what the scene says of the body, or null
-  double size = 1.0;                  // m, extent of the machine, for bodies that have no measure of their own
-  std::vector<HoldingPlace> places;   // of a rigid body
+  const sim::BodyDef* def = nullptr;      // what the scene says of the body, or null
+  double size = 1.0;                      // m, extent of the machine, for bodies that have no measure of their own
+  std::vector<HoldingPlace> places;       // of a rigid body
+  sim::Vec3 gravity = sim::Vec3::Zero();  // m/s^2, world
 };
 // Throws render::MeshError, interp::InputError, interp::MapError, sim::InputError.
 BodyModel make_body_model(const sim::ResultBody& body, const BodyDrawing& drawing, const RenderSettings& settings, int index);

@@ -112,6 +112,15 @@ std::set<double> extreme_times(const sim::Results& results, const std::vector<Bo
 
 namespace {
 
+// What multiplies the columns of a modal body's stress.
+void stress_coordinates(const ColoredBody& of, const SamplePlace& place, std::vector<double>& q) {
+  const sim::ResultBody& body = of.results.bodies[of.body];
+  elastic_coordinates(body, place, q);
+  if (!of.model.stress_of_loads) return;
+  const sim::InertiaLoads loads = inertia_loads(body, of.results.times, place, of.model.gravity);
+  q.insert(q.end(), loads.begin(), loads.end());
+}
+
 // Stress of every vertex, Pa or a share of the yield stress.
 void update_stress(const ColoredBody& of, double t, ScalarMemory& work, std::vector<float>& scalars) {
   const BodyModel& model = of.model;
@@ -126,7 +135,7 @@ void update_stress(const ColoredBody& of, double t, ScalarMemory& work, std::vec
       scalars.push_back(
           static_cast<float>((1.0 - place.share) * body.node_von_mises(place.index, node) + place.share * body.node_von_mises(next, node)));
   } else if (model.stress) {
-    elastic_coordinates(body, place, work.body.q);
+    stress_coordinates(of, place, work.body.q);
     work.before.resize(6 * vertices);
     interp::apply_modes(*model.stress, work.body.q, work.before, 1);
     scalars.resize(vertices);
@@ -152,6 +161,23 @@ void update_stress(const ColoredBody& of, double t, ScalarMemory& work, std::vec
 
 }  // namespace
 
+double doubt_of_inertia(const ColoredBody& of, double t, ScalarMemory& work) {
+  const BodyModel& model = of.model;
+  const sim::ResultBody& body = of.results.bodies[of.body];
+  if (!model.stress_of_loads || !model.stress) return 0.0;
+  const sim::VecX& times = of.results.times;
+  const SamplePlace place = find_sample(times, t);
+  const sim::InertiaLoads doubt =
+      (inertia_loads(body, times, place, model.gravity) - inertia_loads(body, times, place, model.gravity, 2)) / 3.0;
+  work.body.q.assign(static_cast<size_t>(body.q.cols()), 0.0);
+  work.body.q.insert(work.body.q.end(), doubt.begin(), doubt.end());
+  work.before.resize(2 * model.rest.size());
+  work.after.resize(model.rest.size() / 3);
+  interp::apply_modes(*model.stress, work.body.q, work.before, 1);
+  interp::compute_von_mises(work.before, work.after);
+  return static_cast<double>(*std::max_element(work.after.begin(), work.after.end()));
+}
+
 int update_stress_vectors(const ColoredBody& of, double t, ScalarMemory& work, std::vector<float>& vectors) {
   const BodyModel& model = of.model;
   const sim::ResultBody& body = of.results.bodies[of.body];
@@ -161,8 +187,8 @@ int update_stress_vectors(const ColoredBody& of, double t, ScalarMemory& work, s
   const int width = model.stress ? 6 : 3;
   const size_t vertices = model.rest.size() / 3;
   vectors.resize(static_cast<size_t>(width) * vertices);
-  elastic_coordinates(body, find_sample(of.results.times, t), work.body.q);
   if (model.stress) {
+    stress_coordinates(of, find_sample(of.results.times, t), work.body.q);
     interp::apply_modes(*model.stress, work.body.q, vectors, 1);
     constexpr float root3 = std::numbers::sqrt3_v<float>;
     for (size_t v = 0; v < vertices; ++v) {
@@ -174,6 +200,7 @@ int update_stress_vectors(const ColoredBody& of, double t, ScalarMemory& work, s
       for (int k = 3; k < 6; ++k) s[k] *= root3;
     }
   } else {
+    elastic_coordinates(body, find_sample(of.results.times, t), work.body.q);
     load_strains(body, find_sample(of.results.times, t), work.body.load_strain);
     beam_stress_vectors(*model.beam_stress, {body, work.body.q, work.body.load_strain}, vectors);
   }

@@ -51,6 +51,10 @@ void update_scalars(const ColoredBody& of, double t, const BodyMemory& memory, S
 // Speed of every vertex in the world, m/s: difference of its places over that many spacings of samples about t. Needs two samples.
 void update_speeds(const ColoredBody& of, double t, double spacings, ScalarMemory& work, std::vector<float>& scalars);
 
+// What the stress of a body may be off by, Pa, because its accelerations are differences of samples: by what those of twice the spacing
+// differ (a third of it is left, the error going with the square of the spacing). Bodies whose stress counts no inertia: 0.
+double doubt_of_inertia(const ColoredBody& of, double t, ScalarMemory& work);
+
 // The stress that colours a vertex as numbers whose length it is, linear in the body's elastic coordinates: 3 a vertex of a beam (normal
 // and shear stress), 6 of a body with stress modes (deviator). Returns how many; 0: the stress is no such length.
 int update_stress_vectors(const ColoredBody& of, double t, ScalarMemory& work, std::vector<float>& vectors);
