@@ -275,11 +275,16 @@ void set_colors(Animation& animation, const Survey& survey) {
           "colours of the speed are differences from one sample to the next and may be off by {:.2g} % where it is large: a larger "
           "output_rate sharpens them",
           100.0 * missed));
-  if (by == ColorBy::map_error)
-    animation.notes.push_back(
-        fmt::format("the mesh may be off by up to {:.3g} {} between the nodes (t = {:.4g} s): estimated by leaving out one "
-                    "node at a time",
-                    all * animation.scalar_bar->factor, animation.scalar_bar->unit, at));
+  if (by == ColorBy::map_error) {
+    const bool beside =
+                   std::any_of(animation.bodies.begin(), animation.bodies.end(), [](const BodyModel&m) { return m.doubt.has_value(); }),
+               between =
+                   std::any_of(animation.bodies.begin(), animation.bodies.end(), [](const BodyModel&m) { return m.error_bar.has_value(); });
+    animation.notes.push_back(fmt::format("the mesh may be off by up to {:.3g} {} (t = {:.4g} s): estimated by {}{}{}",
+                                          all * animation.scalar_bar->factor, animation.scalar_bar->unit, at,
+                                          between ? "leaving out one node at a time" : "", between && beside ? ", and by " : "",
+                                          beside ? "how far it lies beside its finite elements" : ""));
+  }
   if (!range && all > largest * (1.0 + 1e-9))
     animation.notes.push_back(fmt::format(
         "colours end at {:.3g} {}; the largest value, {:.3g} {} at t = {:.4g} s, lies above: color_range = \"full\" takes it in",

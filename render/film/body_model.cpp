@@ -522,6 +522,10 @@ void map_nodes(const sim::ResultBody& body, const BodyDrawing& drawing, const Bo
   options.thickness = look.thickness;
   const interp::Nodes nodes = nodes_of(body);
   std::vector<std::string> map_warnings;
+  if (settings.color_by == ColorBy::strain && body.kind == "modal" && settings.inertia)
+    model.warnings.push_back(
+        "strain is that of its modes and of the mesh's flat triangles: without what the modes leave out of inertia and weight, rough at "
+        "edges; stress (flexframe reduce --stress -o BODY.h5) has neither fault");
   try {
     if (known && map_shapes(body, *known, settings, model)) return;
     // Error bars need the map itself, not only what it makes of the modes.
@@ -562,9 +566,10 @@ void map_nodes(const sim::ResultBody& body, const BodyDrawing& drawing, const Bo
     if (body.node_stress.size() > 0) {
       model.stress = map_stress(body, model);
       if (settings.inertia)
-        model.warnings.push_back(
-            "stress of inertia and weight that its modes leave out is not in the colours: a body file with its elements' shapes has it "
-            "(flexframe reduce --stress -o BODY.h5)");
+        model.warnings.push_back(fmt::format(
+            "stress is known at {} nodes and interpolated between them, which blunts peaks, and what its modes leave out of inertia and "
+            "weight is not in it: a body file with its elements' shapes has both (flexframe reduce --stress -o BODY.h5)",
+            body.stress_nodes.size()));
     } else if (body.kind == "beam") set_beam_stress(body, drawing.def, look, model);
     else if (body.kind == "modal")
       model.warnings.push_back(
