@@ -189,6 +189,10 @@ void tell_of_inertia(Animation& animation, const Survey& survey) {
     const std::string owner = fmt::format("body '{}'", body.name);
     // Half a radian leaves 2 % of a circle's acceleration; beyond half a turn nothing tells how fast it is.
     constexpr double far = 0.5, told = 0.05;
+    if (animation.results->times.size() < 3) {
+      notes.warn(owner, "a run of fewer than three samples does not tell accelerations: its stress counts weight alone beside its modes");
+      continue;
+    }
     if (const double turn = turn_between_samples(body); turn > far) {
       notes.warn(owner, fmt::format("turns by {:.2g} rad from one sample to the next: the stress of its inertia is not known from that; a "
                                     "larger output_rate tells it",
