@@ -98,7 +98,9 @@ void compute_magnitude(std::span<const float> displacement, std::span<float> out
   }
 }
 
-void compute_strain(const MeshView& mesh, std::span<const int> welded, std::span<const float> displacement, std::span<float> out) {
+void compute_strain(const MeshView& mesh, std::span<const int> welded, std::span<const float> displacement, std::span<float> out,
+                    bool linear) {
+  const double squares = linear ? 0.0 : 1.0;
   const size_t count = mesh.vertices.rows();
   std::vector<double> sum(count, 0.0), weight(count, 0.0);
   auto row = [&](int v) { return static_cast<size_t>(welded.empty() ? v : welded[v]); };
@@ -117,9 +119,9 @@ void compute_strain(const MeshView& mesh, std::span<const int> welded, std::span
     rest << l1, e1.dot(e2) / l1, 0.0, area / l1;
     // Change of the edges' dot products, written without cancellation.
     Eigen::Matrix2d change;
-    change(0, 0) = 2.0 * e1.dot(d1) + d1.squaredNorm();
-    change(0, 1) = change(1, 0) = e1.dot(d2) + e2.dot(d1) + d1.dot(d2);
-    change(1, 1) = 2.0 * e2.dot(d2) + d2.squaredNorm();
+    change(0, 0) = 2.0 * e1.dot(d1) + squares * d1.squaredNorm();
+    change(0, 1) = change(1, 0) = e1.dot(d2) + e2.dot(d1) + squares * d1.dot(d2);
+    change(1, 1) = 2.0 * e2.dot(d2) + squares * d2.squaredNorm();
     const Eigen::Matrix2d inverse = rest.inverse();
     const Eigen::Matrix2d strain = 0.5 * inverse.transpose() * change * inverse;
     const double mean = 0.5 * strain.trace(), radius = std::hypot(0.5 * (strain(0, 0) - strain(1, 1)), strain(0, 1));

@@ -30,6 +30,9 @@ void compute_magnitude(std::span<const float> displacement, std::span<float> out
 // Equivalent surface strain per vertex: von Mises norm sqrt(e1^2 - e1 e2 + e2^2) of the principal Green-Lagrange strains of each
 // triangle, averaged over the triangles of a vertex by area. Exact for rigid motion (zero), large rotations allowed.
 // welded: row of each vertex among the welded ones (Map::welded), so that seams show no jump; empty: none.
-void compute_strain(const MeshView& mesh, std::span<const int> welded, std::span<const float> displacement, std::span<float> out);
+// linear: of a displacement that is linear in its coordinates, as a mode's: the strain that is so too. It turns edges by making them
+// longer, which is no strain (half the square of the turn).
+void compute_strain(const MeshView& mesh, std::span<const int> welded, std::span<const float> displacement, std::span<float> out,
+                    bool linear = false);
 
 }  // namespace flexframe::interp

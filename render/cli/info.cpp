@@ -128,6 +128,7 @@ void print_mesh(const std::string& file) {
   fmt::print("bounds   ({:.6g}, {:.6g}, {:.6g}) .. ({:.6g}, {:.6g}, {:.6g})\n", b.lower.x, b.lower.y, b.lower.z, b.upper.x, b.upper.y,
              b.upper.z);
   for (const std::string& warning : m.warnings) fmt::print("note     {}\n", warning);
+  for (const std::string& fault : m.faults) fmt::print("warning  {}\n", fault);
 }
 
 void print_picture(const std::string& file) {
@@ -210,7 +211,8 @@ Json mesh_json(const std::string& file) {
           {"triangles", m.triangles.size()},
           {"materials", m.materials.size()},
           {"bounds", {{b.lower.x, b.lower.y, b.lower.z}, {b.upper.x, b.upper.y, b.upper.z}}},
-          {"notes", m.warnings}};
+          {"notes", m.warnings},
+          {"warnings", m.faults}};
 }
 
 Json picture_json(const std::string& file) {

@@ -249,7 +249,8 @@ Job read_job(const fs::path& scene_file, const std::vector<std::string>& setting
     if (body.mesh) {
       const render::Mesh mesh = render::read_mesh(*body.mesh);
       check_mesh_size(job.scene, body, mesh);
-      for (const std::string& warning : mesh.warnings) job.mesh_notes.push_back(fmt::format("{}: {}", body.name, warning));
+      for (const auto* texts : {&mesh.warnings, &mesh.faults})
+        for (const std::string& text : *texts) job.mesh_notes.push_back(fmt::format("{}: {}", body.name, text));
     }
   return job;
 }

@@ -140,6 +140,7 @@ film::RenderSettings swing_settings(film::RenderSettings settings, const RenderW
   settings.scales = {1.0};
   settings.speed = 1.0;  // the swing is made for the playback, however short
   settings.undeformed = true;
+  settings.inertia = false;  // a mode has no weight, and the times of its pictures are no times of its motion
   apply_words(words, settings);
   return settings;
 }

@@ -179,6 +179,41 @@ double missed_speed(const Animation& animation, const Survey& survey) {
   return missed[missed.size() / 2];
 }
 
+// Stress counts what modes leave out of inertia, by accelerations that are differences of samples.
+void tell_of_inertia(Animation& animation, const Survey& survey) {
+  sim::Notes notes;
+  for (size_t b = 0; b < animation.bodies.size(); ++b) {
+    const BodyModel& model = animation.bodies[b];
+    const sim::ResultBody& body = animation.results->bodies[b];
+    if (!model.visible || !model.stress_of_loads) continue;
+    const std::string owner = fmt::format("body '{}'", body.name);
+    // Half a radian leaves 2 % of a circle's acceleration; beyond half a turn nothing tells how fast it is.
+    constexpr double far = 0.5, told = 0.05;
+    if (animation.results->times.size() < 3) {
+      notes.warn(owner, "a run of fewer than three samples does not tell accelerations: its stress counts weight alone beside its modes");
+      continue;
+    }
+    if (const double turn = turn_between_samples(body); turn > far) {
+      notes.warn(owner, fmt::format("turns by {:.2g} rad from one sample to the next: the stress of its inertia is not known from that; a "
+                                    "larger output_rate tells it",
+                                    turn));
+      continue;
+    }
+    ScalarMemory work;
+    double largest = 0.0;
+    const double unit = model.shares_of_yield && model.yield_stress > 0.0 ? model.yield_stress : 1.0;
+    const size_t step = 1 + survey.moments.size() / 32;
+    for (size_t k = 0; k < survey.moments.size(); k += step)
+      largest = std::max(largest, doubt_of_inertia({model, *animation.results, b, animation.settings}, survey.moments[k].t, work) / unit);
+    if (largest > told * survey.largest_scalar)
+      notes.warn(owner,
+                 fmt::format("its stress may be off by {:.2g} % of the largest: its accelerations are differences from one sample to "
+                             "the next; a larger output_rate sharpens them",
+                             100.0 * largest / survey.largest_scalar));
+  }
+  for (std::string& text : notes.texts(sim::Severity::warning)) animation.warnings.push_back(std::move(text));
+}
+
 }  // namespace
 
 void set_colors(Animation& animation, const Survey& survey) {
@@ -209,7 +244,10 @@ void set_colors(Animation& animation, const Survey& survey) {
   map.lower = range ? range->first : animation.settings.range.symmetric || is_signed(animation.settings) ? -largest : 0.0;
   map.logarithmic = animation.settings.range.logarithmic && map.upper > 0.0;
   if (map.logarithmic && !range) map.lower = 1e-3 * map.upper;
-  if (all > map.upper * (1.0 + 1e-9)) map.above = all;
+  // Values of single precision.
+  const double rounded = 1e-6 * (map.upper - map.lower);
+  if (survey.highest_scalar > map.upper + rounded) map.above = survey.highest_scalar;
+  if (survey.lowest_scalar < map.lower - rounded) map.below = survey.lowest_scalar;
   const ColorBy by = animation.settings.color_by;
   if (by == ColorBy::none || by == ColorBy::body) return;
   if (by != ColorBy::displacement && largest <= 0.0 && !has_values(animation, survey)) {
@@ -223,6 +261,7 @@ void set_colors(Animation& animation, const Survey& survey) {
     animation.scalar_bar = {.label = "strain", .unit = small ? "µm/m" : "%", .factor = small ? 1e6 : 100.0};
   } else if (by == ColorBy::stress) {
     set_stress_bar(animation, reach, all, at);
+    tell_of_inertia(animation, survey);
   } else {
     const auto [unit, factor] = readable_unit("m", reach);
     const bool velocity = by == ColorBy::velocity;
@@ -240,12 +279,17 @@ void set_colors(Animation& animation, const Survey& survey) {
           "colours of the speed are differences from one sample to the next and may be off by {:.2g} % where it is large: a larger "
           "output_rate sharpens them",
           100.0 * missed));
-  if (by == ColorBy::map_error)
-    animation.notes.push_back(
-        fmt::format("the mesh may be off by up to {:.3g} {} between the nodes (t = {:.4g} s): estimated by leaving out one "
-                    "node at a time",
-                    all * animation.scalar_bar->factor, animation.scalar_bar->unit, at));
-  if (map.above && !range)
+  if (by == ColorBy::map_error) {
+    const bool beside =
+                   std::any_of(animation.bodies.begin(), animation.bodies.end(), [](const BodyModel&m) { return m.doubt.has_value(); }),
+               between =
+                   std::any_of(animation.bodies.begin(), animation.bodies.end(), [](const BodyModel&m) { return m.error_bar.has_value(); });
+    animation.notes.push_back(fmt::format("the mesh may be off by up to {:.3g} {} (t = {:.4g} s): estimated by {}{}{}",
+                                          all * animation.scalar_bar->factor, animation.scalar_bar->unit, at,
+                                          between ? "leaving out one node at a time" : "", between && beside ? ", and by " : "",
+                                          beside ? "how far it lies beside its finite elements" : ""));
+  }
+  if (!range && all > largest * (1.0 + 1e-9))
     animation.notes.push_back(fmt::format(
         "colours end at {:.3g} {}; the largest value, {:.3g} {} at t = {:.4g} s, lies above: color_range = \"full\" takes it in",
         largest * animation.scalar_bar->factor, animation.scalar_bar->unit, all * animation.scalar_bar->factor, animation.scalar_bar->unit,

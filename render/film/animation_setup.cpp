@@ -179,6 +179,7 @@ void set_camera(Animation& animation, const std::vector<glm::dvec3>& points, con
   fit.fov = asked.fov;
   fit.projection = asked.projection;
   if (asked.up) fit.up = *asked.up;
+  const glm::dvec3 vertical = fit.up;  // of the ground too, however the view is turned
   if (!asked.preset.empty()) set_preset(asked.preset, points, fit);
   if (asked.direction) fit.direction = *asked.direction;
   if (asked.position) fit.direction = asked.target.value_or(animation.bounds.centre()) - *asked.position;
@@ -187,7 +188,7 @@ void set_camera(Animation& animation, const std::vector<glm::dvec3>& points, con
     fit.up = std::abs(fit.up.x) < 0.9 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
 
   if (animation.settings.ground && animation.settings.background != BackgroundKind::transparent)
-    animation.ground = render::default_ground(seen, fit.up);
+    animation.ground = render::default_ground(seen, vertical);
   if (animation.ground) {
     animation.ground->lines = animation.settings.grid;
     // As far from the dark backdrop as the lines of the others are from theirs (contrast 2.1), below what is drawn in front of them.
@@ -304,6 +305,7 @@ Animation make_animation(const sim::Results& results, const RenderSettings& aske
           measured == (!results.bodies[b].mesh.empty() || (def && !def->shapes.empty()))) {
         interp::look();
         BodyDrawing drawing{.def = def, .size = size, .places = {}};
+        if (scene) drawing.gravity = scene->simulation.gravity;
         if (def) drawing.places = holding_places(*scene, *def);
         animation.bodies[b] = make_body_model(results.bodies[b], drawing, settings, static_cast<int>(b));
       }

@@ -6,9 +6,9 @@
 #include "render/film/known_shapes.h"
 #include "render/film/rigid_mesh.h"
 #include "render/film/shapes.h"
-#include "render/picture/adjacency.h"
 #include "render/picture/colormap.h"
 #include "render/picture/edges.h"
+#include "render/picture/shells.h"
 #include "sim/base/error.h"
 #include "sim/base/words.h"
 #include "sim/bodies/beam_pieces.h"
@@ -48,21 +48,6 @@ std::optional<glm::vec3> parse_color(const std::string& text) {
     at = next;
   }
   return at == end ? std::optional(color) : std::nullopt;
-}
-
-// Every edge has one neighbour and they agree about inside: back faces are never seen. Copies of a position count as one.
-bool is_closed(const render::Mesh& mesh) {
-  double volume = 0.0;
-  for (const glm::ivec3& t : mesh.triangles)
-    volume += glm::dot(mesh.positions[t[0]], glm::cross(mesh.positions[t[1]], mesh.positions[t[2]]));
-  if (!(volume > 0.0)) return false;
-  bool closed = true;
-  render::for_each_edge(mesh.triangles, render::weld_equal(std::span<const glm::dvec3>(mesh.positions)),
-                        [&](int low, std::span<const render::EdgeSide> sides) {
-                          const bool flat = low == sides[0].high;  // of a triangle two of whose corners are one
-                          closed = closed && (flat ? sides.size() == 1 : sides.size() == 2 && sides[0].upwards != sides[1].upwards);
-                        });
-  return closed;
 }
 
 interp::Nodes nodes_of(const sim::ResultBody& body) {
@@ -188,6 +173,7 @@ render::Mesh surface_mesh(const sim::ResultBody& body) {
     if (fresh) mesh.materials.back().look.color = {c[0], c[1], c[2]};
     mesh.triangle_material[k] = at->second;
   }
+  if (mesh.materials.size() > 1) render::compute_shading_points(mesh, {}, render::MeshOptions{}.crease_angle);
   return mesh;
 }
 
@@ -445,6 +431,18 @@ std::pair<float, bool> opacity_of(const render::Mesh& mesh) {
   return mesh.triangle_material.empty() ? std::pair(1.0f, false) : std::pair(largest, least < largest);
 }
 
+// Drawn places are single precision in the body's frame. A thousandth of the mesh is a pixel of a picture that it fills.
+std::string coarse_steps(const render::Mesh& mesh) {
+  const render::Bounds box = render::compute_bounds(mesh);
+  const double far = std::max(glm::length(box.lower), glm::length(box.upper)), size = glm::length(box.upper - box.lower);
+  const double step = render::single_precision * far;
+  if (!(step > 1e-3 * size)) return {};
+  return fmt::format(
+      "its mesh, {:.3g} m large, lies {:.3g} m from the origin of the body's frame and is drawn in steps of {:.2g} m: let the "
+      "frame lie near it, as mesh = {{ file, position }} does",
+      size, far, step);
+}
+
 // Colour and finish: the scene's, the category's, the file's, or by kind.
 void set_material(const sim::ResultBody& body, const BodyLook& look, const RenderSettings& settings, int index, BodyModel& model) {
   const render::Mesh& mesh = model.mesh;
@@ -478,8 +476,19 @@ bool map_shapes(const sim::ResultBody& body, const sim::BodySurface& known, cons
   if (settings.color_by == ColorBy::map_error) model.doubt = interp::map_doubt(faces, *feet, known.phi);
   if (settings.color_by == ColorBy::strain || settings.color_by == ColorBy::stress) model.welded = interp::weld_rows(model.view());
   if (settings.color_by == ColorBy::stress) {
-    if (known.stress.size() > 0) model.stress = interp::map_field(*feet, 6, known.stress);
-    else
+    if (known.stress.size() > 0) {
+      model.stress_of_loads = settings.inertia && known.load_stress.size() > 0;
+      sim::MatX field(known.stress.rows(), known.stress.cols() + (model.stress_of_loads ? known.load_stress.cols() : 0));
+      field.leftCols(known.stress.cols()) = known.stress;
+      if (model.stress_of_loads) field.rightCols(known.load_stress.cols()) = known.load_stress;
+      model.stress = interp::map_field(*feet, 6, field);
+      if (settings.inertia && known.load_stress.size() == 0)
+        model.warnings.push_back(
+            "its file was made by an older version: stress of inertia and weight that its modes leave out is not in the colours; reduce it "
+            "again");
+      if (render::Mesh surface = element_mesh(known, body.name); !render::turn_shells_outwards(surface).closed)
+        model.warnings.push_back("its elements are shells: their stress is that of the face to which their normals point");
+    } else
       model.warnings.push_back(
           "no stress modes are known (flexframe reduce --stress): not coloured by stress; color_by = \"strain\" needs none");
   }
@@ -513,6 +522,10 @@ void map_nodes(const sim::ResultBody& body, const BodyDrawing& drawing, const Bo
   options.thickness = look.thickness;
   const interp::Nodes nodes = nodes_of(body);
   std::vector<std::string> map_warnings;
+  if (settings.color_by == ColorBy::strain && body.kind == "modal" && settings.inertia)
+    model.warnings.push_back(
+        "strain is that of its modes and of the mesh's flat triangles: without what the modes leave out of inertia and weight, rough at "
+        "edges; stress (flexframe reduce --stress -o BODY.h5) has neither fault");
   try {
     if (known && map_shapes(body, *known, settings, model)) return;
     // Error bars need the map itself, not only what it makes of the modes.
@@ -525,6 +538,8 @@ void map_nodes(const sim::ResultBody& body, const BodyDrawing& drawing, const Bo
     } else {
       model.map = interp::make_map_for(nodes, model.view(), options, motions_of(body));
       map_warnings = model.map->report.warnings;
+      if (settings.color_by == ColorBy::strain && body.node_phi.size() > 0 && body.node_phi.cols() == body.q.cols())
+        model.strain_modes = interp::cached_modes(nodes, model.view(), options, body.node_phi, body.node_psi, settings.cache).columns;
       if (settings.color_by == ColorBy::map_error) {
         model.error_bar.emplace(*model.map, model.view());
         if (!model.error_bar->known())
@@ -548,8 +563,14 @@ void map_nodes(const sim::ResultBody& body, const BodyDrawing& drawing, const Bo
           "colours by strain are those of the drawn mesh, rough at its edges and ends, and wrong where it twists");
   }
   if (settings.color_by == ColorBy::stress) {
-    if (body.node_stress.size() > 0) model.stress = map_stress(body, model);
-    else if (body.kind == "beam") set_beam_stress(body, drawing.def, look, model);
+    if (body.node_stress.size() > 0) {
+      model.stress = map_stress(body, model);
+      if (settings.inertia)
+        model.warnings.push_back(fmt::format(
+            "stress is known at {} nodes and interpolated between them, which blunts peaks, and what its modes leave out of inertia and "
+            "weight is not in it: a body file with its elements' shapes has both (flexframe reduce --stress -o BODY.h5)",
+            body.stress_nodes.size()));
+    } else if (body.kind == "beam") set_beam_stress(body, drawing.def, look, model);
     else if (body.kind == "modal")
       model.warnings.push_back(
           "no stress modes are known (flexframe reduce --stress): not coloured by stress; color_by = \"strain\" needs none");
@@ -567,6 +588,7 @@ BodyModel make_body_model(const sim::ResultBody& body, const BodyDrawing& drawin
   model.visible = look.visible;
   model.ghost = look.ghost;
   model.ghost_color = look.ghost_color;
+  model.gravity = drawing.gravity;
   model.yield_stress = look.yield_stress > 0.0 ? look.yield_stress : settings.yield_stress;
   model.edges = look.edges.value_or(settings.edges);
   std::string why;
@@ -577,6 +599,7 @@ BodyModel make_body_model(const sim::ResultBody& body, const BodyDrawing& drawin
   model.mesh = mesh_of(body, drawing, look, by_section, index, known);
   const render::Mesh& mesh = model.mesh;
   model.warnings = mesh.warnings;
+  model.refused = mesh.faults;
   if (!why.empty()) model.refused.push_back(why);
   if (body.mesh.empty()) model.vertex_nodes = body.surface.nodes;
 
@@ -586,6 +609,13 @@ BodyModel make_body_model(const sim::ResultBody& body, const BodyDrawing& drawin
   const bool shapes = def && !def->shapes.empty() && body.mesh.empty() && body.surface.triangles.rows() == 0;
   if (shapes) model.mesh.materials.front().look = model.material;
   if (mesh.triangles.empty()) return model;
+
+  const render::Shells shells = render::turn_shells_outwards(model.mesh);
+  model.closed = shells.closed;
+  if (shells.turned > 0)
+    model.warnings.push_back(fmt::format("{} inside out and turned", shells.turned == 1
+                                                                         ? std::string("a closed part of its mesh is")
+                                                                         : fmt::format("{} closed parts of its mesh are", shells.turned)));
 
   // Shading points: what is drawn.
   for (const glm::ivec3& t : mesh.triangle_points) model.triangles.emplace_back(t);
@@ -600,11 +630,13 @@ BodyModel make_body_model(const sim::ResultBody& body, const BodyDrawing& drawin
     for (size_t k = 0; k < mesh.triangle_points.size(); ++k)
       for (int c = 0; c < 3; ++c) model.colors[mesh.triangle_points[k][c]] = mesh.materials[mesh.triangle_material[k]].look.color;
   }
-  model.closed = is_closed(mesh);
   for (const glm::dvec3& p : mesh.positions)
     for (int c = 0; c < 3; ++c) model.rest.push_back(static_cast<float>(p[c]));
+  if (const std::string coarse = coarse_steps(mesh); !coarse.empty()) model.refused.push_back(coarse);
 
   if (body.kind == "beam" && body.mesh.empty() && body.surface.triangles.rows() == 0) model.spine = spine_of(mesh, size);
+  if (!body.mesh.empty() && opacity_of(mesh).first == 0.0f)
+    model.refused.emplace_back("its materials have no opacity ('d' 0 or 'Tr' 1 of the MTL file): it is not seen");
   if (!body.mesh.empty() && opacity_of(mesh).second)
     model.warnings.push_back(fmt::format("its materials differ in opacity ('d' of the MTL file): all of it is drawn with the largest, {:g}",
                                          opacity_of(mesh).first));

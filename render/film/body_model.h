@@ -84,18 +84,21 @@ struct BodyModel {
   bool closed = false;                  // back faces need not be drawn
   bool visible = true;
   interp::NormalLayout normals;
-  std::vector<float> rest;                      // 3 M
-  std::vector<glm::vec3> rest_normals;          // per shading point
-  std::vector<int> vertex_nodes;                // the node that each vertex is, of a surface of the results' own; else
-  std::optional<interp::Map> map;               // nodal series, or
-  std::optional<interp::ModeColumns> modes;     // of a body whose nodes are linear in its coordinates
-  std::optional<interp::ModeColumns> doubt;     // colour by map_error where the elements' shapes are known (interp/faces.h), else
-  std::optional<interp::ErrorBar> error_bar;    // of other bodies
-  std::optional<interp::ModeDoubt> mode_doubt;  // of `modes` by the kernel map
-  bool from_cache = false;                      // the modes were read from RenderSettings::cache
-  std::vector<int> welded;                      // colour by strain: vertices at one place have one number
+  std::vector<float> rest;                          // 3 M
+  std::vector<glm::vec3> rest_normals;              // per shading point
+  std::vector<int> vertex_nodes;                    // the node that each vertex is, of a surface of the results' own; else
+  std::optional<interp::Map> map;                   // nodal series, or
+  std::optional<interp::ModeColumns> modes;         // of a body whose nodes are linear in its coordinates
+  std::optional<interp::ModeColumns> strain_modes;  // colour by strain of a body with coordinates whose motion is a nodal series
+  std::optional<interp::ModeColumns> doubt;         // colour by map_error where the elements' shapes are known (interp/faces.h), else
+  std::optional<interp::ErrorBar> error_bar;        // of other bodies
+  std::optional<interp::ModeDoubt> mode_doubt;      // of `modes` by the kernel map
+  bool from_cache = false;                          // the modes were read from RenderSettings::cache
+  std::vector<int> welded;                          // colour by strain: vertices at one place have one number
   std::optional<interp::ModeColumns>
       stress;  // colour by stress of a modal body that knows its stress modes: 6 M rows, xx yy zz xy yz xz of each vertex, Pa
+  bool stress_of_loads = false;           // its last columns are of sim::InertiaLoads, what the modes leave out
+  sim::Vec3 gravity = sim::Vec3::Zero();  // m/s^2, world
   std::optional<BeamStress> beam_stress;  // colour by stress of a beam, or
   std::optional<BeamStress> beam_strain;  // by strain: as stress whose moduli are one, see make_beam_strain; else strains are the mesh's
   std::shared_ptr<const interp::Corotated> corotated;
@@ -108,9 +111,10 @@ struct BodyModel {
 
 // What a body is drawn by beside its results.
 struct BodyDrawing {
-  const sim::BodyDef* def = nullptr;  // what the scene says of the body, or null
-  double size = 1.0;                  // m, extent of the machine, for bodies that have no measure of their own
-  std::vector<HoldingPlace> places;   // of a rigid body
+  const sim::BodyDef* def = nullptr;      // what the scene says of the body, or null
+  double size = 1.0;                      // m, extent of the machine, for bodies that have no measure of their own
+  std::vector<HoldingPlace> places;       // of a rigid body
+  sim::Vec3 gravity = sim::Vec3::Zero();  // m/s^2, world
 };
 // Throws render::MeshError, interp::InputError, interp::MapError, sim::InputError.
 BodyModel make_body_model(const sim::ResultBody& body, const BodyDrawing& drawing, const RenderSettings& settings, int index);

@@ -326,6 +326,7 @@ DeformReport deform(const fs::path& nodes, const fs::path& mesh_file, const fs::
   const render::Mesh mesh = render::read_mesh(mesh_file);
   DeformReport report;
   report.warnings = mesh.warnings;
+  report.warnings.insert(report.warnings.end(), mesh.faults.begin(), mesh.faults.end());
   if (!table.note.empty()) report.warnings.push_back(table.note);
   if (rotations_missing(table)) {
     report.warnings.push_back("all rotations are zero although the nodes move relative to each other: rotations are estimated instead");

@@ -96,6 +96,59 @@ void row_at(const Series& series, const SamplePlace& place, std::vector<double>&
 
 }  // namespace
 
+namespace {
+
+sim::Pose frame_of_coordinates(const sim::ResultBody& body, Eigen::Index i) {
+  const sim::Pose held = held_pose(body, {i, 0.0});
+  const sim::Quat q(body.orientation(i, 0), body.orientation(i, 1), body.orientation(i, 2), body.orientation(i, 3));
+  sim::Pose pose;
+  pose.R = q.normalized().toRotationMatrix() * held.R;
+  pose.p = body.position.row(i).transpose() + q.normalized() * held.p;
+  return pose;
+}
+
+sim::Vec3 turned(const sim::Pose& from, const sim::Pose& to) { return sim::rotation_log(sim::Mat3(from.R.transpose() * to.R)); }
+
+sim::InertiaLoads loads_at(const sim::ResultBody& body, const sim::VecX& times, Eigen::Index i, const sim::Vec3& gravity,
+                           Eigen::Index apart) {
+  const Eigen::Index n = times.size();
+  apart = std::min(apart, (n - 1) / 2);
+  sim::Vec3 acceleration = sim::Vec3::Zero(), omega = sim::Vec3::Zero(), alpha = sim::Vec3::Zero();
+  if (apart > 0) {
+    const Eigen::Index middle = std::clamp<Eigen::Index>(i, apart, n - 1 - apart);
+    const double h0 = times[middle] - times[middle - apart], h1 = times[middle + apart] - times[middle];
+    const sim::Pose a = frame_of_coordinates(body, middle - apart), b = frame_of_coordinates(body, middle),
+                    c = frame_of_coordinates(body, middle + apart);
+    acceleration = 2.0 / (h0 + h1) * ((c.p - b.p) / h1 - (b.p - a.p) / h0);
+    const sim::Vec3 before = turned(a, b) / h0, after = turned(b, c) / h1;
+    alpha = 2.0 / (h0 + h1) * (after - before);
+    omega = (h1 * before + h0 * after) / (h0 + h1) + (times[i] - times[middle]) * alpha;
+  }
+  sim::InertiaLoads loads;
+  loads << frame_of_coordinates(body, i).R.transpose() * (gravity - acceleration), -alpha, 0.5 * omega.cwiseAbs2(), omega.x() * omega.y(),
+      omega.x() * omega.z(), omega.y() * omega.z();
+  return loads;
+}
+
+}  // namespace
+
+sim::InertiaLoads inertia_loads(const sim::ResultBody& body, const sim::VecX& times, const SamplePlace& place, const sim::Vec3& gravity,
+                                Eigen::Index apart) {
+  sim::InertiaLoads loads = loads_at(body, times, place.index, gravity, apart);
+  if (place.share > 0.0) loads += place.share * (loads_at(body, times, place.index + 1, gravity, apart) - loads);
+  return loads;
+}
+
+double turn_between_samples(const sim::ResultBody& body) {
+  double largest = 0.0;
+  for (Eigen::Index i = 0; i + 1 < body.orientation.rows(); ++i) {
+    // The cosine of half the turn.
+    const double half = std::min(1.0, std::abs(body.orientation.row(i).dot(body.orientation.row(i + 1))));
+    largest = std::max(largest, 2.0 * std::acos(half));
+  }
+  return largest;
+}
+
 void elastic_coordinates(const sim::ResultBody& body, const SamplePlace& place, std::vector<double>& q) { row_at(body.q, place, q); }
 
 void load_strains(const sim::ResultBody& body, const SamplePlace& place, std::vector<double>& out) { row_at(body.load_strain, place, out); }

@@ -7,6 +7,7 @@
 
 #include "interp/types.h"
 #include "sim/base/spatial.h"
+#include "sim/bodies/body_file.h"
 #include "sim/results/results.h"
 
 #include <glm/glm.hpp>
@@ -38,6 +39,14 @@ sim::Pose held_pose(const sim::ResultBody& body, const SamplePlace& place);
 
 // Strains by loads that a beam carries without deforming (sim::ResultBody::load_strain), memory reused; empty: unknown or none.
 void load_strains(const sim::ResultBody& body, const SamplePlace& place, std::vector<double>& out);
+
+// What inertia and weight load a body with in the frame of its elastic coordinates, by its places in three samples, `apart` from each other
+// (nearest to the ends where the time is near one; fewer than three samples tell of weight alone). gravity: world axes, m/s^2.
+sim::InertiaLoads inertia_loads(const sim::ResultBody& body, const sim::VecX& times, const SamplePlace& place, const sim::Vec3& gravity,
+                                Eigen::Index apart = 1);
+
+// The largest turn of a body from one sample to the next, rad.
+double turn_between_samples(const sim::ResultBody& body);
 
 // Elastic coordinates, memory reused.
 void elastic_coordinates(const sim::ResultBody& body, const SamplePlace& place, std::vector<double>& q);

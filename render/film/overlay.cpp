@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <span>
+#include <string_view>
 
 namespace flexframe::film {
 
@@ -99,6 +100,11 @@ void fill_overlay(const Animation& animation, double t, render::Picture& picture
       overlay.note += i == 1                                   ? others + words(scales[i])
                       : scales[i] > 1.0 && scales[i - 1] > 1.0 ? ", " + render::scale_text(scales[i])
                                                                : ", " + words(scales[i]);
+    // A small picture has room for how much larger, not for what.
+    overlay.short_note = overlay.note;
+    for (const std::string_view left_out : {"solid: in scale; ", "elastic displacement "})
+      if (const size_t at = overlay.short_note.find(left_out); at != std::string::npos && overlay.short_note.size() > left_out.size())
+        overlay.short_note.erase(at, left_out.size());
   }
   if (asked.legend && settings.color_by == ColorBy::body)
     for (const BodyModel& body : animation.bodies)

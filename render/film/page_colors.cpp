@@ -174,6 +174,7 @@ Json colors_json(const PageColors& colors, PageBlock& block) {
                    {"upper", c.map.upper},
                    {"levels", c.map.levels},
                    {"logarithmic", c.map.logarithmic},
+                   {"beyond", {c.map.below.has_value(), c.map.above.has_value()}},
                    {"map", block.add(map)}});
   }
   return out;

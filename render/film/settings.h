@@ -98,7 +98,8 @@ struct RenderSettings {
   bool corotated = false;
   std::filesystem::path cache;  // folder of mapped modes (interp/modes.h); empty: none. Not of the scene: it changes no picture
   ColorBy color_by = ColorBy::displacement;
-  int mode = 1;  // 1-based, color_by mode
+  int mode = 1;         // 1-based, color_by mode
+  bool inertia = true;  // color_by stress counts what modes leave out of inertia and weight; not in pictures of a mode
   StressMeasure stress = StressMeasure::von_mises;
   double yield_stress = 0.0;  // Pa: colours by stress are shares of it, or of the body's own; 0: of the body's own only, else Pa
   std::optional<std::pair<double, double>> color_range;

@@ -112,6 +112,15 @@ std::set<double> extreme_times(const sim::Results& results, const std::vector<Bo
 
 namespace {
 
+// What multiplies the columns of a modal body's stress.
+void stress_coordinates(const ColoredBody& of, const SamplePlace& place, std::vector<double>& q) {
+  const sim::ResultBody& body = of.results.bodies[of.body];
+  elastic_coordinates(body, place, q);
+  if (!of.model.stress_of_loads) return;
+  const sim::InertiaLoads loads = inertia_loads(body, of.results.times, place, of.model.gravity);
+  q.insert(q.end(), loads.begin(), loads.end());
+}
+
 // Stress of every vertex, Pa or a share of the yield stress.
 void update_stress(const ColoredBody& of, double t, ScalarMemory& work, std::vector<float>& scalars) {
   const BodyModel& model = of.model;
@@ -126,7 +135,7 @@ void update_stress(const ColoredBody& of, double t, ScalarMemory& work, std::vec
       scalars.push_back(
           static_cast<float>((1.0 - place.share) * body.node_von_mises(place.index, node) + place.share * body.node_von_mises(next, node)));
   } else if (model.stress) {
-    elastic_coordinates(body, place, work.body.q);
+    stress_coordinates(of, place, work.body.q);
     work.before.resize(6 * vertices);
     interp::apply_modes(*model.stress, work.body.q, work.before, 1);
     scalars.resize(vertices);
@@ -152,6 +161,23 @@ void update_stress(const ColoredBody& of, double t, ScalarMemory& work, std::vec
 
 }  // namespace
 
+double doubt_of_inertia(const ColoredBody& of, double t, ScalarMemory& work) {
+  const BodyModel& model = of.model;
+  const sim::ResultBody& body = of.results.bodies[of.body];
+  if (!model.stress_of_loads || !model.stress) return 0.0;
+  const sim::VecX& times = of.results.times;
+  const SamplePlace place = find_sample(times, t);
+  const sim::InertiaLoads doubt =
+      (inertia_loads(body, times, place, model.gravity) - inertia_loads(body, times, place, model.gravity, 2)) / 3.0;
+  work.body.q.assign(static_cast<size_t>(body.q.cols()), 0.0);
+  work.body.q.insert(work.body.q.end(), doubt.begin(), doubt.end());
+  work.before.resize(2 * model.rest.size());
+  work.after.resize(model.rest.size() / 3);
+  interp::apply_modes(*model.stress, work.body.q, work.before, 1);
+  interp::compute_von_mises(work.before, work.after);
+  return static_cast<double>(*std::max_element(work.after.begin(), work.after.end()));
+}
+
 int update_stress_vectors(const ColoredBody& of, double t, ScalarMemory& work, std::vector<float>& vectors) {
   const BodyModel& model = of.model;
   const sim::ResultBody& body = of.results.bodies[of.body];
@@ -161,8 +187,8 @@ int update_stress_vectors(const ColoredBody& of, double t, ScalarMemory& work, s
   const int width = model.stress ? 6 : 3;
   const size_t vertices = model.rest.size() / 3;
   vectors.resize(static_cast<size_t>(width) * vertices);
-  elastic_coordinates(body, find_sample(of.results.times, t), work.body.q);
   if (model.stress) {
+    stress_coordinates(of, find_sample(of.results.times, t), work.body.q);
     interp::apply_modes(*model.stress, work.body.q, vectors, 1);
     constexpr float root3 = std::numbers::sqrt3_v<float>;
     for (size_t v = 0; v < vertices; ++v) {
@@ -174,6 +200,7 @@ int update_stress_vectors(const ColoredBody& of, double t, ScalarMemory& work, s
       for (int k = 3; k < 6; ++k) s[k] *= root3;
     }
   } else {
+    elastic_coordinates(body, find_sample(of.results.times, t), work.body.q);
     load_strains(body, find_sample(of.results.times, t), work.body.load_strain);
     beam_stress_vectors(*model.beam_stress, {body, work.body.q, work.body.load_strain}, vectors);
   }
@@ -236,6 +263,12 @@ void update_scalars(const ColoredBody& of, double t, const BodyMemory& memory, S
       elastic_coordinates(body, place, work.body.q);
       load_strains(body, place, work.body.load_strain);
       beam_stresses(*model.beam_strain, {body, work.body.q, work.body.load_strain}, StressMeasure::von_mises, scalars);
+    } else if (const interp::ModeColumns* modes = model.modes ? &*model.modes : model.strain_modes ? &*model.strain_modes : nullptr) {
+      // What the nodes do in second order makes up for what the modes lengthen as they turn, and strains nothing.
+      elastic_coordinates(body, find_sample(results.times, t), work.body.q);
+      work.before.resize(model.rest.size());
+      interp::apply_modes(*modes, work.body.q, work.before, 1);
+      interp::compute_strain(model.view(), model.welded, work.before, scalars, true);
     } else {
       interp::compute_strain(model.view(), model.welded, memory.displacement, scalars);
     }
@@ -315,13 +348,28 @@ Seen see(const sim::Results& results, const std::vector<BodyModel>& bodies, cons
     BodyMemory& own = memory.bodies[b];
     seen.moment.pose.push_back(body_pose(body, place));
     std::vector<glm::vec3> moved;
+    // What is not drawn decides on no colours and scales.
+    if (!bodies[b].visible) {
+      seen.moment.displacement.emplace_back();
+      continue;
+    }
+    const auto coloured = [&](double value) {
+      if (!std::isfinite(value)) return;
+      seen.moment.largest_scalar = std::max(seen.moment.largest_scalar, std::abs(value));
+      seen.moment.lowest_scalar = std::min(seen.moment.lowest_scalar, value);
+      seen.moment.highest_scalar = std::max(seen.moment.highest_scalar, value);
+    };
     if (bodies[b].flexible) {
       update_displacement(bodies[b], body, place, own);
       const std::vector<float>& u = own.displacement;
-      double square = 0.0;
-      for (size_t i = 0; i + 2 < u.size(); i += 3)
-        square = std::max(square, double(u[i]) * u[i] + double(u[i + 1]) * u[i + 1] + double(u[i + 2]) * u[i + 2]);
+      double square = 0.0, least = std::numeric_limits<double>::infinity();
+      for (size_t i = 0; i + 2 < u.size(); i += 3) {
+        const double here = double(u[i]) * u[i] + double(u[i + 1]) * u[i + 1] + double(u[i + 2]) * u[i + 2];
+        square = std::max(square, here);
+        least = std::min(least, here);
+      }
       seen.reach[b] = std::sqrt(square);
+      if (settings.color_by == ColorBy::displacement) coloured(std::sqrt(least));
       for (int i : chosen[b]) {
         const float* const at = u.data() + 3 * static_cast<std::ptrdiff_t>(i);
         moved.emplace_back(at[0], at[1], at[2]);
@@ -337,9 +385,9 @@ Seen see(const sim::Results& results, const std::vector<BodyModel>& bodies, cons
     seen.moment.displacement.push_back(std::move(moved));
     if (settings.color_by != ColorBy::none && settings.color_by != ColorBy::body && settings.color_by != ColorBy::displacement) {
       update_scalars({bodies[b], results, b, settings}, t, own, memory.scalars, memory.values);
-      for (float s : memory.values) seen.moment.largest_scalar = std::max(seen.moment.largest_scalar, std::abs(double(s)));
+      for (const float s : memory.values) coloured(static_cast<double>(s));
     }
-    if (settings.color_by == ColorBy::displacement) seen.moment.largest_scalar = std::max(seen.moment.largest_scalar, seen.reach[b]);
+    if (settings.color_by == ColorBy::displacement) coloured(seen.reach[b]);
   }
   return seen;
 }
@@ -381,13 +429,15 @@ Survey survey_motion(const sim::Results& results, const std::vector<BodyModel>& 
   for (Seen& s : seen) {
     for (double reach : s.reach) survey.largest_displacement = std::max(survey.largest_displacement, reach);
     survey.largest_scalar = std::max(survey.largest_scalar, s.moment.largest_scalar);
+    survey.lowest_scalar = std::min(survey.lowest_scalar, s.moment.lowest_scalar);
+    survey.highest_scalar = std::max(survey.highest_scalar, s.moment.highest_scalar);
     survey.moments.push_back(std::move(s.moment));
   }
 
   // Only linear exaggeration is warned of; a body turns most, as good as, where it is displaced most.
   BodyMemory memory;
   for (size_t b = 0; b < bodies.size() && !settings.corotated; ++b) {
-    if (!bodies[b].flexible) continue;
+    if (!bodies[b].flexible || !bodies[b].visible) continue;
     std::vector<size_t> order(seen.size());
     std::iota(order.begin(), order.end(), size_t{0});
     const auto end = order.begin() + static_cast<std::ptrdiff_t>(std::min(turn_moments, order.size()));

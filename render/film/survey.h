@@ -6,6 +6,7 @@
 
 #include <glm/glm.hpp>
 
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -16,15 +17,17 @@ namespace flexframe::film {
 struct Survey {
   struct Moment {
     double t = 0.0;
-    double largest_scalar = 0.0;                       // of what the bodies are coloured by
-    std::vector<glm::dmat4> pose;                      // a body each
+    double largest_scalar = 0.0;  // of what the visible bodies are coloured by, without its sign
+    double lowest_scalar = std::numeric_limits<double>::infinity(), highest_scalar = -lowest_scalar;  // with it; nothing: crossed
+    std::vector<glm::dmat4> pose;                                                                     // a body each
     std::vector<std::vector<glm::vec3>> displacement;  // of the support points of each body; empty: rigid
   };
   std::vector<std::vector<glm::dvec3>> support;  // a body each: vertices that bound it, undeformed
   std::vector<Moment> moments;
-  double largest_displacement = 0.0;  // m, of any vertex
-  double largest_scalar = 0.0;        // of what the bodies are coloured by
-  double largest_turn = 0.0;          // rad, of any triangle by the elastic displacement
+  double largest_displacement = 0.0;  // m, of any vertex of a visible body
+  double largest_scalar = 0.0;        // of what the visible bodies are coloured by
+  double lowest_scalar = std::numeric_limits<double>::infinity(), highest_scalar = -lowest_scalar;
+  double largest_turn = 0.0;  // rad, of any triangle by the elastic displacement
 };
 
 // A body of the results, and what it is coloured by.
@@ -47,6 +50,10 @@ void update_scalars(const ColoredBody& of, double t, const BodyMemory& memory, S
 
 // Speed of every vertex in the world, m/s: difference of its places over that many spacings of samples about t. Needs two samples.
 void update_speeds(const ColoredBody& of, double t, double spacings, ScalarMemory& work, std::vector<float>& scalars);
+
+// What the stress of a body may be off by, Pa, because its accelerations are differences of samples: by what those of twice the spacing
+// differ (a third of it is left, the error going with the square of the spacing). Bodies whose stress counts no inertia: 0.
+double doubt_of_inertia(const ColoredBody& of, double t, ScalarMemory& work);
 
 // The stress that colours a vertex as numbers whose length it is, linear in the body's elastic coordinates: 3 a vertex of a beam (normal
 // and shear stress), 6 of a body with stress modes (deviator). Returns how many; 0: the stress is no such length.

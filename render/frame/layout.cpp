@@ -79,7 +79,8 @@ Ticks bar_ticks(const ScalarMap& map, double factor, int most) {
                                     [&](const Tick& t) { return std::abs(t.value - end) < 1e-9 * std::abs(upper * scale); });
     ticks.values.push_back(round != between.end() ? *round : Tick{end, text(end)});
   }
-  if (map.above) ticks.values.front().text = "≥ " + ticks.values.front().text;
+  if (map.above) ticks.values[0].text = "≥ " + ticks.values[0].text;
+  if (map.below) ticks.values[1].text = "≤ " + ticks.values[1].text;
   ticks.values.insert(ticks.values.end(), between.begin(), between.end());
   return ticks;
 }
@@ -278,7 +279,9 @@ struct Builder {
       // Next to the time if there is no title, else below.
       const bool own_row = !o.title.empty();
       if (own_row) baseline += 0.55 * title_size + cap_height(out.text);
-      const std::string note = fit_text(o.note, out.text, own_row ? width : free);
+      const double room = own_row ? width : free;
+      const bool whole = o.short_note.empty() || text_width(o.note, out.text) <= room;
+      const std::string note = fit_text(whole ? o.note : o.short_note, out.text, room);
       if (!note.empty()) out.words.push_back({note, pad, baseline, out.text, false, true});
       used = baseline + descent(out.text);
     }

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <concepts>
 #include <cstring>
+#include <numbers>
 
 namespace flexframe::render {
 namespace {
@@ -96,7 +97,20 @@ void draw_triad(Sheet& image, const Layout& layout, const glm::dvec2& centre, co
       fill_polygon(image, triangle, a.color);
     } else {
       // Along the line of sight: a dot for an arrow's tip, a cross in a ring for its tail.
-      fill_disc(image, centre.x, centre.y, 0.4 * head, a.color);
+      const double r = 0.4 * head;
+      if (a.direction.z > 0.0) {
+        fill_disc(image, centre.x, centre.y, r, a.color);
+      } else {
+        std::vector<glm::dvec2> ring;
+        for (int k = 0; k <= 24; ++k) {
+          const double angle = 2.0 * std::numbers::pi * k / 24.0;
+          ring.push_back(centre + r * glm::dvec2(std::cos(angle), std::sin(angle)));
+        }
+        const double thin = 0.5 * width, q = r * std::numbers::sqrt2 / 2.0;
+        draw_polyline(image, ring, thin, a.color);
+        draw_polyline(image, std::array{centre + glm::dvec2(-q, -q), centre + glm::dvec2(q, q)}, thin, a.color);
+        draw_polyline(image, std::array{centre + glm::dvec2(-q, q), centre + glm::dvec2(q, -q)}, thin, a.color);
+      }
     }
     const glm::dvec2 away = length > 0.12 ? d / length : glm::dvec2(-0.8, 0.7);
     // Two axes may point the same way as seen: the second name goes beside its tip, then to the other side.

@@ -1,9 +1,11 @@
 #include "render/picture/mesh.h"
 
 #include "render/base/file.h"
+#include "render/base/srgb.h"
 #include "render/picture/ears.h"
 #include "render/picture/mesh_polygons.h"
 
+#include <assimp/GltfMaterial.h>
 #include <assimp/material.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
@@ -134,7 +136,8 @@ void add_triangles(Mesh& mesh, const Polygons& polygons, std::vector<glm::vec3>&
   if (degenerate > 0) mesh.warnings.push_back(fmt::format("{} face(s) with fewer than three different corners were left out", degenerate));
 }
 
-MeshMaterial convert_material(const aiMaterial& from) {
+// Colours of glTF are linear light.
+MeshMaterial convert_material(const aiMaterial& from, bool linear) {
   MeshMaterial material;
   aiString name;
   if (from.Get(AI_MATKEY_NAME, name) == AI_SUCCESS) material.name = name.C_Str();
@@ -145,6 +148,7 @@ MeshMaterial convert_material(const aiMaterial& from) {
   else if (!unnamed && from.Get(AI_MATKEY_COLOR_DIFFUSE, color) == AI_SUCCESS) material.look.color = {color.r, color.g, color.b};
   for (int k = 0; k < 3; ++k)
     material.look.color[k] = std::isfinite(material.look.color[k]) ? std::clamp(material.look.color[k], 0.0f, 1.0f) : 0.7f;
+  if (linear && !unnamed) material.look.color = srgb_from_linear(material.look.color);
   float value = 0.0f;
   if (from.Get(AI_MATKEY_OPACITY, value) == AI_SUCCESS && std::isfinite(value)) material.opacity = std::clamp(value, 0.0f, 1.0f);
   if (from.Get(AI_MATKEY_ROUGHNESS_FACTOR, value) == AI_SUCCESS && std::isfinite(value))
@@ -154,12 +158,14 @@ MeshMaterial convert_material(const aiMaterial& from) {
     material.look.roughness = roughness_of_exponent(value);
   if (from.Get(AI_MATKEY_METALLIC_FACTOR, value) == AI_SUCCESS && std::isfinite(value))
     material.look.metallic = std::clamp(value, 0.0f, 1.0f);
+  aiString alpha;
+  if (from.Get(AI_MATKEY_GLTF_ALPHAMODE, alpha) == AI_SUCCESS && alpha == aiString("OPAQUE")) material.opacity = 1.0f;
   return material;
 }
 
-std::vector<MeshMaterial> convert_materials(const aiScene& scene) {
+std::vector<MeshMaterial> convert_materials(const aiScene& scene, bool linear) {
   std::vector<MeshMaterial> materials;
-  for (unsigned k = 0; k < scene.mNumMaterials; ++k) materials.push_back(convert_material(*scene.mMaterials[k]));
+  for (unsigned k = 0; k < scene.mNumMaterials; ++k) materials.push_back(convert_material(*scene.mMaterials[k], linear));
   if (materials.empty()) materials.emplace_back();
   return materials;
 }
@@ -229,11 +235,35 @@ MeshError far_away(const std::string& vertex, const glm::dvec3& p) {
   return MeshError(fmt::format("{} ({:g}, {:g}, {:g}) lies beyond {:g}", vertex, p.x, p.y, p.z, largest_coordinate));
 }
 
+namespace {
+
+// Not where all corners of each lie on a line or on each other.
+bool has_area(const Mesh& mesh) {
+  return std::any_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const glm::ivec3& t) {
+    const glm::dvec3 a = mesh.positions[t.x];
+    return glm::cross(mesh.positions[t.y] - a, mesh.positions[t.z] - a) != glm::dvec3(0.0);
+  });
+}
+
+// Formats that are read in single precision: far from the origin corners move, a pixel of a picture that the mesh fills or more.
+void tell_of_steps(Mesh& mesh) {
+  const Bounds box = compute_bounds(mesh);
+  const double far = std::max(glm::length(box.lower), glm::length(box.upper)), size = glm::length(box.upper - box.lower);
+  if (!(single_precision * far > 1e-3 * size)) return;
+  mesh.faults.push_back(
+      fmt::format("its corners, up to {:.3g} from the origin, are read in single precision, in steps of {:.2g}, and it is {:.3g} large: a "
+                  "Wavefront file (.obj) keeps all digits, or move it to the origin before it is written",
+                  far, single_precision * far, size));
+}
+
+}  // namespace
+
 void finish_mesh(Polygons polygons, const MeshOptions& options, Mesh& mesh, const std::string& nothing_left) {
   drop_partial_normals(polygons);
   std::vector<glm::vec3> corner_normals;
   add_triangles(mesh, polygons, corner_normals);
   if (mesh.triangles.empty()) throw MeshError(nothing_left);
+  if (!has_area(mesh)) mesh.faults.emplace_back("none of its triangles has an area: nothing of it is seen");
   compute_shading_points(mesh, corner_normals, options.crease_angle);
 }
 
@@ -257,7 +287,8 @@ Mesh read_other(const fs::path& path, const MeshOptions& options) {
   if (scene == nullptr || scene->mRootNode == nullptr) throw MeshError(fmt::format("{}: {}", file, importer.GetErrorString()));
   Mesh mesh;
   mesh.name = path.filename().string();
-  mesh.materials = convert_materials(*scene);
+  const bool linear = ending == ".gltf" || ending == ".glb";
+  mesh.materials = convert_materials(*scene, linear);
   warn_of_textures(*scene, mesh);
   std::vector<Placed> placed;
   collect(*scene, *scene->mRootNode, aiMatrix4x4(), placed);
@@ -277,8 +308,10 @@ Mesh read_other(const fs::path& path, const MeshOptions& options) {
     }
     if (from.HasVertexColors(0)) {
       mesh.colors.resize(first, glm::vec3(1.0f));
-      for (unsigned v = 0; v < from.mNumVertices; ++v)
-        mesh.colors.emplace_back(from.mColors[0][v].r, from.mColors[0][v].g, from.mColors[0][v].b);
+      for (unsigned v = 0; v < from.mNumVertices; ++v) {
+        const glm::vec3 color(from.mColors[0][v].r, from.mColors[0][v].g, from.mColors[0][v].b);
+        mesh.colors.push_back(linear ? srgb_from_linear(color) : color);
+      }
     }
     aiMatrix3x3 turn = aiMatrix3x3(part.transform);
     const bool mirrored = turn.Determinant() < 0.0f;
@@ -300,6 +333,7 @@ Mesh read_other(const fs::path& path, const MeshOptions& options) {
   for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;  // in any locale
   if (extension == ".stl") polygons.corner_normal.clear();
   finish_mesh(std::move(polygons), options, mesh, fmt::format("{}: no face with three different corners", file));
+  tell_of_steps(mesh);
   return mesh;
 }
 

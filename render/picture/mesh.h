@@ -43,7 +43,11 @@ struct Mesh {
   std::vector<glm::ivec3> triangle_points;  // K, indices of shading points, corner by corner as in triangles
   int normal_groups = 0;
   std::vector<std::string> warnings;  // what was mended or left out, one sentence each
+  std::vector<std::string> faults;    // why its picture is not what the file says, one sentence each
 };
+
+// Half of what lies between two numbers of single precision, relative.
+inline constexpr double single_precision = 6e-8;
 
 struct MeshOptions {
   double crease_angle = 40.0;  // degrees; without normals in the file, edges sharper than this are creases
@@ -58,8 +62,8 @@ Mesh read_mesh(const std::filesystem::path& path, const MeshOptions& options = {
 Mesh make_mesh(std::vector<glm::dvec3> positions, std::vector<glm::ivec3> triangles, const std::string& name = "mesh",
                const MeshOptions& options = {});
 
-// Fills in the shading points of a mesh with positions and triangles. corner_normals: one unit normal per corner (3 K), or empty:
-// then edges sharper than the crease angle, borders of materials excepted, separate normals.
+// Fills in the shading points of a mesh with positions, triangles and their materials. corner_normals: one unit normal per corner (3 K), or
+// empty: then edges sharper than the crease angle, borders of materials excepted, separate normals.
 void compute_shading_points(Mesh& mesh, const std::vector<glm::vec3>& corner_normals, double crease_angle);
 
 // Writes positions as `v` lines (17 digits) and triangles as `f` lines; whole or not at all.

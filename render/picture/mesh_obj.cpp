@@ -9,6 +9,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <set>
 #include <string_view>
 #include <utility>
 
@@ -114,11 +115,11 @@ std::vector<float> numbers_of(std::string_view rest) {
   return out;
 }
 
-// One material's lines: colour Kd, opacity d or 1 - Tr, roughness Pr or from the exponent Ns, metallic Pm. What cannot be read is left as
-// it is: a picture does not fail for a colour.
+// One material's lines: colour Kd, opacity d, else 1 - Tr, roughness Pr or from the exponent Ns, metallic Pm. What cannot be read is left
+// as it is: a picture does not fail for a colour.
 struct MaterialLines {
   glm::vec3 color{0.6f};
-  float opacity = 1.0f;
+  std::optional<float> opacity, transparency;
   std::optional<float> roughness, exponent, metallic;
   bool textured = false;
 
@@ -128,7 +129,7 @@ struct MaterialLines {
     if (v.empty()) return;
     if (keyword == "Kd") color = v.size() >= 3 ? glm::vec3(v[0], v[1], v[2]) : glm::vec3(v[0]);
     else if (keyword == "d") opacity = v.back();
-    else if (keyword == "Tr") opacity = 1.0f - v[0];
+    else if (keyword == "Tr") transparency = v[0];
     else if (keyword == "Ns") exponent = v[0];
     else if (keyword == "Pr") roughness = v[0];
     else if (keyword == "Pm") metallic = v[0];
@@ -138,7 +139,8 @@ struct MaterialLines {
     MeshMaterial out;
     out.name = name;
     out.look.color = glm::clamp(color, 0.0f, 1.0f);
-    out.opacity = std::clamp(opacity, 0.0f, 1.0f);
+    // Some programs write the opacity as 'Tr' too: beside a 'd' it says nothing.
+    out.opacity = std::clamp(opacity ? *opacity : 1.0f - transparency.value_or(0.0f), 0.0f, 1.0f);
     if (roughness) out.look.roughness = std::clamp(*roughness, 0.0f, 1.0f);
     else if (exponent && *exponent > 0.0f) out.look.roughness = roughness_of_exponent(*exponent);
     if (metallic) out.look.metallic = std::clamp(*metallic, 0.0f, 1.0f);
@@ -170,10 +172,16 @@ class ObjReader {
       else if (keyword == "vn") read_normal(rest, line);
       else if (keyword == "usemtl") material_ = material_index(trimmed(rest));
       else if (keyword == "mtllib") read_materials(trimmed(rest));
+      else if (keyword == "surf" || keyword == "curv" || keyword == "curv2") ++free_forms_;
     });
     if (mesh_.positions.empty()) throw MeshError(fmt::format("{}: no vertices ('v' lines) found, this is no Wavefront mesh", file_));
     if (polygons_.material.empty())
       throw MeshError(fmt::format("{}: {} vertices but no face with three corners or more ('f' lines)", file_, mesh_.positions.size()));
+    if (free_forms_ > 0)
+      mesh_.faults.push_back(
+          fmt::format("its {} free-form curves and surfaces ('curv', 'surf') are left out: faces alone are drawn", free_forms_));
+    tell_of_unknown_materials();
+    scale_colors();
     if (!mesh_.colors.empty()) mesh_.colors.resize(mesh_.positions.size(), glm::vec3(1.0f));
     for (const int n : corner_normal_) polygons_.corner_normal.push_back(n < 0 ? glm::vec3(0.0f) : normal_[n]);
   }
@@ -240,36 +248,75 @@ class ObjReader {
     return at->second;
   }
 
-  // The library beside the file, or one of the file's own name; without either the materials keep the default look.
-  void read_materials(const std::string& name) {
-    for (const fs::path& library : {path_.parent_path() / name, fs::path(path_).replace_extension(".mtl")}) {
+  // Names with spaces are one file where that is there, else several.
+  std::vector<fs::path> libraries_of(std::string name) const {
+    std::replace(name.begin(), name.end(), '\\', '/');
+    const auto there = [](const fs::path& library) {
       std::error_code error;
-      if (!fs::is_regular_file(library, error) || fs::file_size(library, error) == 0) continue;
-      const std::string text = with_line_feeds(read_text(library));
-      bool textured = false;
-      MaterialLines lines;
-      int index = -1;
-      const auto finish = [&] {
-        if (index >= 0) mesh_.materials[index] = lines.material(mesh_.materials[index].name);
-        textured = textured || lines.textured;
-      };
-      for_each_line(text, [&](std::string_view keyword, std::string_view rest, long) {
-        if (keyword == "newmtl") {
-          finish();
-          lines = {};
-          index = material_index(trimmed(rest));
-        } else if (index >= 0) {
-          lines.read(keyword, rest);
-        }
-      });
-      finish();
-      if (textured)
-        mesh_.warnings.push_back(
-            fmt::format("{}: its textures are not drawn; its materials show their plain colour (Kd)", library.filename().string()));
-      return;
-    }
+      return fs::is_regular_file(library, error) && fs::file_size(library, error) > 0;
+    };
+    const fs::path folder = path_.parent_path();
+    if (there(folder / name)) return {folder / name};
+    std::vector<fs::path> several;
+    std::string_view rest = name;
+    for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest))
+      if (there(folder / word)) several.push_back(folder / word);
+    if (!several.empty()) return several;
+    const fs::path own = fs::path(path_).replace_extension(".mtl");
+    return there(own) ? std::vector{own} : std::vector<fs::path>();
+  }
+
+  // The libraries beside the file, or one of the file's own name; without either the materials keep the default look.
+  void read_materials(const std::string& name) {
+    const std::vector<fs::path> libraries = libraries_of(name);
+    for (const fs::path& library : libraries) read_library(library);
+    if (!libraries.empty()) return;
+    library_missing_ = true;
     mesh_.warnings.push_back(
         fmt::format("its material library {} is not there, nor one of the mesh's own name: drawn in a plain grey", shown(name)));
+  }
+
+  void read_library(const fs::path& library) {
+    const std::string text = with_line_feeds(read_text(library));
+    bool textured = false;
+    MaterialLines lines;
+    int index = -1;
+    const auto finish = [&] {
+      if (index >= 0) mesh_.materials[index] = lines.material(mesh_.materials[index].name);
+      textured = textured || lines.textured;
+    };
+    for_each_line(text, [&](std::string_view keyword, std::string_view rest, long) {
+      if (keyword == "newmtl") {
+        finish();
+        lines = {};
+        index = material_index(trimmed(rest));
+        known_.insert(index);
+      } else if (index >= 0) {
+        lines.read(keyword, rest);
+      }
+    });
+    finish();
+    if (textured)
+      mesh_.warnings.push_back(
+          fmt::format("{}: its textures are not drawn; its materials show their plain colour (Kd)", library.filename().string()));
+  }
+
+  void tell_of_unknown_materials() {
+    const std::set<int> used(polygons_.material.begin(), polygons_.material.end());
+    std::string names;
+    for (const int m : used)
+      if (m > 0 && !known_.contains(m)) names += (names.empty() ? "'" : ", '") + shown(mesh_.materials[m].name) + "'";
+    if (!names.empty() && !library_missing_)
+      mesh_.warnings.push_back(fmt::format("no material library has its material {}: drawn in a plain grey", names));
+  }
+
+  // Bytes, as some programs write colours.
+  void scale_colors() {
+    float largest = 1.0f;
+    for (const glm::vec3& c : mesh_.colors) largest = std::max({largest, c.r, c.g, c.b});
+    if (!(largest > 2.0f)) return;  // a little above 1 is light
+    for (glm::vec3& c : mesh_.colors) c = glm::clamp(c / 255.0f, 0.0f, 1.0f);
+    mesh_.warnings.emplace_back("the colours of its vertices go beyond 1 and are taken as bytes, 0 to 255");
   }
 
  public:
@@ -290,6 +337,9 @@ class ObjReader {
   std::vector<glm::vec3> normal_;
   std::vector<int> corner_normal_;
   std::map<std::string, int> by_name_;
+  std::set<int> known_;  // materials that a library has
+  bool library_missing_ = false;
+  long free_forms_ = 0;
   int material_ = 0;
 };
 

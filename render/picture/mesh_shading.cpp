@@ -1,6 +1,7 @@
 // Shading points: which corners of a mesh share a normal. From the normals of the file where it has them (two corners at one place
 // share iff their normals agree), else by the angle between the triangles at each edge.
 #include "render/picture/adjacency.h"
+#include "render/picture/forest.h"
 #include "render/picture/mesh.h"
 
 #include <algorithm>
@@ -11,27 +12,6 @@
 #include <vector>
 
 namespace flexframe::render {
-namespace {
-
-struct Forest {
-  std::vector<int> parent;
-  explicit Forest(size_t n) : parent(n) { std::iota(parent.begin(), parent.end(), 0); }
-  int root(int a) {
-    while (parent[a] != a) {
-      parent[a] = parent[parent[a]];
-      a = parent[a];
-    }
-    return a;
-  }
-  void join(int a, int b) {
-    a = root(a);
-    b = root(b);
-    if (a != b) parent[std::max(a, b)] = std::min(a, b);
-  }
-};
-
-}  // namespace
-
 void compute_shading_points(Mesh& mesh, const std::vector<glm::vec3>& corner_normals, double crease_angle) {
   const size_t corners = 3 * mesh.triangles.size();
   const std::vector<int> welded = weld_equal(std::span<const glm::dvec3>(mesh.positions));
@@ -93,23 +73,25 @@ void compute_shading_points(Mesh& mesh, const std::vector<glm::vec3>& corner_nor
     });
   }
 
-  // Groups are numbered by their first corner; a point is a position in a group.
+  // Groups are numbered by their first corner; a point is a position in a group, of one material: colours end at its borders.
   std::vector<int> group_number(corners, -1);
   mesh.normal_groups = 0;
   mesh.point_position.clear();
   mesh.point_group.clear();
   mesh.triangle_points.resize(mesh.triangles.size());
-  std::vector<int> first_point(mesh.positions.size(), -1), next_point;
+  std::vector<int> first_point(mesh.positions.size(), -1), next_point, point_material;
   for (size_t c = 0; c < corners; ++c) {
     const size_t root = forest.root(static_cast<int>(c));
     if (group_number[root] < 0) group_number[root] = mesh.normal_groups++;
     const int group = group_number[root], position = position_of(c);
     int point = first_point[position];
-    while (point >= 0 && mesh.point_group[point] != group) point = next_point[point];
+    const int material = mesh.triangle_material[c / 3];
+    while (point >= 0 && (mesh.point_group[point] != group || point_material[point] != material)) point = next_point[point];
     if (point < 0) {
       point = static_cast<int>(mesh.point_position.size());
       mesh.point_position.push_back(position);
       mesh.point_group.push_back(group);
+      point_material.push_back(material);
       next_point.push_back(first_point[position]);
       first_point[position] = point;
     }

@@ -232,9 +232,10 @@ enum class PlotPlace { below, beside };
 
 // All words and diagrams over the picture. Whatever is empty is not drawn and takes no room.
 struct Overlay {
-  std::string title;  // upper left
-  std::string time;   // upper right, "t = 0.400 s" (time_text)
-  std::string note;   // below the title: "solid: in scale, ghost: exaggerated × 20"
+  std::string title;         // upper left
+  std::string time;          // upper right, "t = 0.400 s" (time_text)
+  std::string note;          // below the title: "solid: in scale, ghost: exaggerated × 20"
+  std::string short_note{};  // in its place where that has no room: "ghost: × 20"
   std::optional<ScalarBar> scalar_bar;
   bool triad = false;  // directions of the world's axes, lower left corner
   std::vector<LegendEntry> legend;

@@ -74,6 +74,7 @@ void check_body(const BodyFile& file, const std::string& path) {
   if (!file.surface.points.allFinite()) fail("a point of the surface is not finite");
   matrix("surface/phi", file.surface.phi, 3 * m, n);
   matrix("surface/stress", file.surface.stress, 6 * m, n);
+  matrix("surface/load_stress", file.surface.load_stress, 6 * m, 12);
 }
 
 void write_matrices(hid_t file, const FlexibleBody& b) {
@@ -164,6 +165,11 @@ void write_body_surface(hid_t file, const BodySurface& s, hsize_t n) {
                 "points of each face from 0: corners, counterclockwise seen from outside, then the middles of its edges; -1: none");
   write_numbers(group, "phi", node_rows(s.phi), {m, 3, n}, "", "displacement per elastic coordinate");
   write_numbers(group, "stress", node_rows(s.stress, 6), {m, 6, n}, "Pa", "stress xx yy zz xy yz xz per elastic coordinate");
+  if (s.load_stress.size() > 0)
+    write_numbers(
+        group, "load_stress", node_rows(s.load_stress, 6), {m, 6, 12}, "Pa",
+        "static stress that the coordinates leave out, per m/s^2 of weight less acceleration (3), rad/s^2 of angular acceleration "
+        "with the other sign (3), rad^2/s^2 of angular velocity: half of xx yy zz, xy xz yz (6)");
 }
 
 // The head of the file, and its number of coordinates.
@@ -298,6 +304,7 @@ BodySurface read_surface_group(const Reader& reader, hid_t file, int coordinates
   }
   s.phi = node_columns(reader.numbers(group, "phi", path, {m, 3, n}, n == 0));
   s.stress = node_columns(reader.numbers(group, "stress", path, {m, 6, n}, true), 6);
+  s.load_stress = node_columns(reader.numbers(group, "load_stress", path, {m, 6, 12}, true), 6);
   return s;
 }
 

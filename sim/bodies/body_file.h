@@ -22,7 +22,12 @@ struct BodySurface {
   Eigen::MatrixXi faces;    // k x 8: points of a face, corners first (counterclockwise from outside), then middles of its edges; -1: none
   MatX phi;                 // 3 m x n, displacement per elastic coordinate
   MatX stress;              // 6 m x n, Pa, xx yy zz xy yz xz per elastic coordinate, averaged over the elements of a node; or empty
+  MatX load_stress;         // 6 m x 12, Pa, per InertiaLoads: the static stress that the coordinates leave out; or empty
 };
+
+// What inertia and weight load a body with, axes and origin of its coordinates' frame: weight less acceleration (3, m/s^2), angular
+// acceleration with the other sign (3, rad/s^2), and of the angular velocity half of xx yy zz, then xy xz yz (6, rad^2/s^2).
+using InertiaLoads = Eigen::Matrix<double, 12, 1>;
 
 // What made a body, by name: "model", "model_sha256", "program", "request".
 using BodyOrigin = std::vector<std::pair<std::string, std::string>>;

@@ -717,6 +717,15 @@ class Reducer {
     lap("stress");
   }
 
+  // Static displacements under inertia and weight less what the coordinates have of them: bending modes do not stretch a body that spins.
+  MatX left_out_of_inertia() const {
+    const MatX loads = reduced.restrict(linear_mass_loads(model, system));
+    constexpr double tolerance = 1e-6;
+    MatX left = solver->respond(loads, 0.0, &basis, tolerance);
+    add_product(left, -1.0, basis.vectors, basis.eigenvalues.cwiseInverse().asDiagonal() * product_tn(basis.vectors, loads));
+    return reduced.expand(left);
+  }
+
   // What the elements know of all nodes of the outer surface.
   void add_surface(const MatX& U) {
     if (model.matrices) return note("the surface needs the elements: left out for a model given as matrices");
@@ -748,6 +757,10 @@ class Reducer {
       const std::vector<MatX> stress = nodal_stress(model, system, U, nodes);
       for (Eigen::Index i = 0; i < m; ++i)
         if (const MatX& s = stress[i]; s.cols() > 0) surface.stress.middleRows(6 * i, 6) = s;
+      surface.load_stress = MatX::Zero(6 * m, 12);
+      const std::vector<MatX> left_out = nodal_stress(model, system, left_out_of_inertia(), nodes);
+      for (Eigen::Index i = 0; i < m; ++i)
+        if (const MatX& s = left_out[i]; s.cols() > 0) surface.load_stress.middleRows(6 * i, 6) = s;
     }
     lap("surface");
   }

@@ -130,7 +130,7 @@ TEST(Animation, GhostsAsTheBodySays) {
       size_t beams = 0;
       bool wires = false, solid_wires = false, colored = false;
       float opacity = 0.0f;
-      std::string note;
+      std::string note, short_note;
       glm::vec3 edge, color;
     } out;
     for (const render::Surface& one : memory.picture.surfaces) {
@@ -142,11 +142,13 @@ TEST(Animation, GhostsAsTheBodySays) {
       ++out.beams;
     }
     out.note = memory.picture.overlay.note;
+    out.short_note = memory.picture.overlay.short_note;
     return out;
   };
   const auto plain = drawn({});
   EXPECT_TRUE(plain.beams == 2 && !plain.wires && plain.colored && plain.opacity < 1.0f) << plain.beams;
   EXPECT_NE(plain.note.find("; ghost: elastic displacement × 5"), std::string::npos) << plain.note;
+  EXPECT_EQ(plain.short_note, "ghost: × 5");
   const auto grey = drawn({{"ghost_color", "#808080"}});
   EXPECT_TRUE(grey.beams == 2 && !grey.wires && !grey.colored && !grey.solid_wires);
   EXPECT_LT(glm::length(grey.color - glm::vec3(128.0f / 255.0f)), 1e-6f);
@@ -267,6 +269,68 @@ TEST(Animation, StrainOfBendingIsCurvatureTimesHeight) {
   s.color_by = film::ColorBy::strain;
   const film::Animation animation = film::make_animation(r, s, nullptr);
   EXPECT_NEAR(animation.scalar_map.upper, 2.0 * 0.001 * 0.02, 0.1 * 2.0 * 0.001 * 0.02);
+}
+
+// Modes are linear however far they turn: what they lengthen on the way, half the square of the turn, is no strain.
+TEST(Animation, StrainOfAModalBodyGoesWithItsCoordinates) {
+  const Scratch scratch;
+  std::string obj;
+  constexpr int nx = 40;
+  for (int i = 0; i <= nx; ++i)
+    for (const auto& [y, z] : {std::pair(-0.02, -0.02), std::pair(0.02, -0.02), std::pair(0.02, 0.02), std::pair(-0.02, 0.02)})
+      obj += fmt::format("v {} {} {}\n", i / double(nx), y, z);
+  for (int i = 0; i < nx; ++i)
+    for (int k = 0; k < 4; ++k)
+      obj += fmt::format("f {} {} {} {}\n", 4 * i + k + 1, 4 * i + (k + 1) % 4 + 1, 4 * i + (k + 1) % 4 + 5, 4 * i + k + 5);
+  const auto strain = [&](double amplitude) {
+    sim::Results r = test::swinging_beam(amplitude);
+    test::make_modal(r);
+    r.bodies[0].kind = "modal";
+    r.bodies[0].mesh = scratch.put("bar.obj", obj).string();
+    film::RenderSettings s = small_settings();
+    s.color_by = film::ColorBy::strain;
+    return film::make_animation(r, s, nullptr).scalar_map.upper;
+  };
+  // 3.2 a curvature at the root; a vertex at an edge has the mean of the faces beside it.
+  const double small = strain(1e-4);
+  EXPECT_GT(small, 0.5 * 3.2 * 1e-4 * 0.02);
+  EXPECT_LT(small, 1.05 * 3.2 * 1e-4 * 0.02);
+  // The moments that are looked at go by the places of the block, which the deflection moves.
+  EXPECT_NEAR(strain(0.3), 3000.0 * small, 0.05 * 3000.0 * small);
+}
+
+// The ends of the bar say where values lie beyond them, on either side.
+TEST(Animation, RangesSayWhatLiesBeyondThem) {
+  const sim::Results r = test::swinging_beam(0.01);
+  film::RenderSettings s = small_settings();
+  const auto beyond = [&](double low, double high) {
+    s.color_range = {low, high};
+    const render::ScalarMap map = film::make_animation(r, s, nullptr).scalar_map;
+    return std::pair(map.below.has_value(), map.above.has_value());
+  };
+  EXPECT_EQ(beyond(0.0, 0.02), std::pair(false, false));
+  EXPECT_EQ(beyond(0.001, 0.02), std::pair(true, false));
+  EXPECT_EQ(beyond(0.0, 0.005), std::pair(false, true));
+  EXPECT_EQ(beyond(0.001, 0.005), std::pair(true, true));
+}
+
+// What is not drawn has no say in colours and scales.
+TEST(Animation, HiddenBodiesDecideOnNoColours) {
+  sim::Results r = test::swinging_beam(0.001);
+  sim::ResultBody other = test::swinging_beam(0.1).bodies[0];
+  other.name = "other";
+  r.bodies.push_back(other);
+  film::RenderSettings s = small_settings();
+  s.scales.clear();
+  sim::Scene scene = sim::parse_scene(test::swinging_scene, "s.toml");
+  scene.bodies.push_back(scene.bodies[0]);
+  scene.bodies.back().name = "other";
+  const film::Animation both = film::make_animation(r, s, &scene);
+  scene.bodies.back().drawing = {{"visible", "false"}};
+  const film::Animation one = film::make_animation(r, s, &scene);
+  EXPECT_GT(both.scalar_map.upper, 0.09);
+  EXPECT_LT(one.scalar_map.upper, 0.002);
+  EXPECT_GT(one.scales.back(), 10.0 * both.scales.back());
 }
 
 // A bar whose nodes know the stress of bending and of a pull that grows along it, s_xx = c (y + x / 10), and of a shear besides, s_xz = t:

@@ -79,6 +79,20 @@ TEST(Camera, AWindowFillsTheFrameWithWhatIsSeenInIt) {
   }
 }
 
+// The ground lies below, also where the view is straight down on it.
+TEST(Camera, TheGroundStaysBelow) {
+  const sim::Results r = test::swinging_beam();
+  const auto normal = [&](const std::string& words) {
+    film::RenderSettings s = parse(words);
+    s.speed = 1;
+    return film::make_animation(r, s, nullptr).ground.value().normal;
+  };
+  const glm::dvec3 up = normal("[render]\n");
+  for (const char* words : {"[render]\ncamera = { preset = \"top\" }\n", "[render]\ncamera = { direction = [0, -1, 0] }\n",
+                            "[render]\ncamera = { position = [0.3, 4, 0], target = [0.3, 0, 0] }\n"})
+    EXPECT_EQ(normal(words), up) << words;
+}
+
 TEST(Camera, InsetsFollowTheirFrames) {
   const sim::Results r = test::swinging_beam();
   film::RenderSettings settings = small_settings();

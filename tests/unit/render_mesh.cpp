@@ -1,12 +1,15 @@
 // Mesh files as they come: order and precision kept, every kind of face, and sentences for what cannot be used.
 #include "render/picture/mesh.h"
+#include "render/picture/shells.h"
 
 #include "scratch.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <set>
@@ -52,6 +55,117 @@ TEST_F(RenderMesh, MarksAreSkippedAndWhatIsNotDrawnIsTold) {
   const Mesh bare = read_mesh(file("bare.obj", "mtllib gone.mtl\n" + std::string(square) + "usemtl skin\nf 1 2 3 4\n"));
   ASSERT_EQ(bare.warnings.size(), 1u);
   EXPECT_NE(bare.warnings[0].find("gone.mtl is not there"), std::string::npos) << bare.warnings[0];
+}
+
+// Colours end at the border of two materials, whose faces share their normals all the same.
+TEST_F(RenderMesh, PointsAreOfOneMaterial) {
+  file("halves.mtl", "newmtl red\nKd 1 0 0\nnewmtl blue\nKd 0 0 1\n");
+  const Mesh mesh =
+      read_mesh(file("halves.obj", "mtllib halves.mtl\n" + std::string(square) + "usemtl red\nf 1 2 3\nusemtl blue\nf 1 3 4\n"));
+  EXPECT_EQ(mesh.point_position.size(), 6u);
+  EXPECT_EQ(mesh.normal_groups, 4);
+  for (int k = 0; k < 3; ++k) EXPECT_NE(mesh.triangle_points[0][k], mesh.triangle_points[1][(k + 1) % 3]);
+}
+
+TEST_F(RenderMesh, MaterialsOfSeveralLibrariesAndOfNone) {
+  file("one.mtl", "newmtl a\nKd 1 0 0\nd 1\nTr 1\n");
+  file("two.mtl", "newmtl b\nKd 0 0 1\nTr 0.75\n");
+  const std::string faces = std::string(square) + "usemtl a\nf 1 2 3\nusemtl b\nf 1 3 4\n";
+  for (const char* libraries : {"mtllib one.mtl two.mtl\n", "mtllib .\\one.mtl\nmtllib two.mtl\n"}) {
+    const Mesh mesh = read_mesh(file("several.obj", libraries + faces));
+    EXPECT_TRUE(mesh.warnings.empty()) << mesh.warnings.front();
+    const auto look = [&](size_t t) { return mesh.materials[static_cast<size_t>(mesh.triangle_material[t])]; };
+    EXPECT_EQ(look(0).look.color, glm::vec3(1, 0, 0));
+    EXPECT_EQ(look(1).look.color, glm::vec3(0, 0, 1));
+    // 'Tr' beside 'd' is what some programs call opacity.
+    EXPECT_EQ(look(0).opacity, 1.0f);
+    EXPECT_EQ(look(1).opacity, 0.25f);
+  }
+  const Mesh bare = read_mesh(file("several.obj", "mtllib one.mtl\n" + faces));
+  ASSERT_EQ(bare.warnings.size(), 1u);
+  EXPECT_NE(bare.warnings[0].find("no material library has its material 'b'"), std::string::npos) << bare.warnings[0];
+}
+
+TEST_F(RenderMesh, ColoursOfVerticesMayBeBytes) {
+  const Mesh mesh = read_mesh(file("bytes.obj", "v 0 0 0 255 0 0\nv 1 0 0 0 127.5 0\nv 0 1 0 0 0 0\nf 1 2 3\n"));
+  EXPECT_EQ(mesh.colors[0], glm::vec3(1, 0, 0));
+  EXPECT_EQ(mesh.colors[1], glm::vec3(0, 0.5f, 0));
+  EXPECT_EQ(mesh.warnings.size(), 1u);
+}
+
+// What a picture of the file shows wrong.
+TEST_F(RenderMesh, FaultsOfAFileAreSaid) {
+  const auto fault = [&](const char* name, const std::string& text) {
+    const Mesh mesh = read_mesh(file(name, text));
+    return fmt::format("{}", fmt::join(mesh.faults, "; "));
+  };
+  EXPECT_EQ(fault("plain.obj", std::string(square) + "f 1 2 3 4\n"), "");
+  EXPECT_NE(fault("line.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n").find("area"), std::string::npos);
+  EXPECT_NE(fault("free.obj", std::string(square) + "f 1 2 3 4\ncstype bezier\ndeg 1 1\nsurf 0 1 0 1 1 2 4 3\nend\n").find("free-form"),
+            std::string::npos);
+  // 0.02 m, far from the origin: single precision leaves steps of 0.06 m there, and of 6e-6 m at 100 m.
+  const auto stl = [&](double at) {
+    return fmt::format(
+        "solid s\nfacet normal 0 0 1\nouter loop\nvertex {0} {0} 0\nvertex {1} {0} 0\nvertex {0} {1} 0\nendloop\nendfacet\nendsolid s\n",
+        at, at + 0.02);
+  };
+  EXPECT_NE(fault("far.stl", stl(1e6)).find("single precision"), std::string::npos);
+  EXPECT_EQ(fault("near.stl", stl(100.0)), "");
+}
+
+// Colours of glTF are linear light: 0.2140 is half of white as an sRGB picture has it.
+TEST_F(RenderMesh, ColoursOfGltfAreLinearLight) {
+  const std::string document = R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+    "meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0}]}],
+    "materials":[{"name":"grey","pbrMetallicRoughness":{"baseColorFactor":[0.21404114,0.0,1.0,0.25]}}],
+    "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
+    "bufferViews":[{"buffer":0,"byteLength":36}],
+    "buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})";
+  const Mesh mesh = read_mesh(file("grey.gltf", document));
+  const MeshMaterial& grey = mesh.materials[static_cast<size_t>(mesh.triangle_material[0])];
+  EXPECT_NEAR(grey.look.color.r, 0.5, 1e-4);
+  EXPECT_EQ(grey.look.color.g, 0.0f);
+  EXPECT_NEAR(grey.look.color.b, 1.0, 1e-6);
+  EXPECT_EQ(grey.opacity, 1.0f);  // its alphaMode is OPAQUE, the default
+}
+
+// Volume of a closed mesh by its triangles, m^3.
+double volume(const Mesh& mesh) {
+  double sum = 0.0;
+  for (const glm::ivec3& t : mesh.triangles)
+    sum += glm::dot(mesh.positions[t.x], glm::cross(mesh.positions[t.y], mesh.positions[t.z])) / 6.0;
+  return sum;
+}
+
+std::string box_lines(double middle, double half, bool inside_out, int before) {
+  std::string text;
+  for (int k = 0; k < 8; ++k)
+    text += fmt::format("v {} {} {}\n", middle + (k & 1 ? half : -half), k & 2 ? half : -half, k & 4 ? half : -half);
+  for (std::array<int, 4> f : {std::array{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}) {
+    if (inside_out) std::reverse(f.begin(), f.end());
+    text += fmt::format("f {} {} {} {}\n", f[0] + 1 + before, f[1] + 1 + before, f[2] + 1 + before, f[3] + 1 + before);
+  }
+  return text;
+}
+
+// Parts that are inside out are turned, cavities are not.
+TEST_F(RenderMesh, ShellsLookOutwards) {
+  const auto turned = [&](const std::string& text, double wanted, int count, bool closed = true) {
+    Mesh mesh = read_mesh(file("shells.obj", text));
+    const Shells shells = turn_shells_outwards(mesh);
+    EXPECT_EQ(shells.turned, count);
+    EXPECT_EQ(shells.closed, closed);
+    if (closed) EXPECT_NEAR(volume(mesh), wanted, 1e-12) << text;
+    for (size_t t = 0; t < mesh.triangles.size(); ++t)
+      for (int k = 0; k < 3; ++k) EXPECT_EQ(mesh.point_position[static_cast<size_t>(mesh.triangle_points[t][k])], mesh.triangles[t][k]);
+  };
+  turned(box_lines(0, 1, false, 0), 8, 0);
+  turned(box_lines(0, 1, true, 0), 8, 1);
+  turned(box_lines(0, 1, false, 0) + box_lines(5, 1, true, 8), 16, 1);
+  turned(box_lines(0, 1, false, 0) + box_lines(0, 0.5, true, 8), 7, 0);  // a cavity
+  turned(box_lines(0, 1, false, 0) + box_lines(0, 0.5, true, 8) + box_lines(9, 1, true, 16), 15, 1);
+  turned(box_lines(0, 1, false, 0) + "f 1 2 3\n", 0, 0, false);
+  turned(std::string(square) + "f 1 2 3 4\n", 0, 0, false);
 }
 
 TEST_F(RenderMesh, KeepsTheOrderOfTheFile) {

@@ -2,6 +2,7 @@
 #include "render/base/srgb.h"
 #include "render/frame/camera.h"
 #include "render/frame/layout.h"
+#include "render/frame/overlay.h"
 #include "render/frame/view.h"
 #include "render/image/text.h"
 #include "render/picture/colormap.h"
@@ -11,8 +12,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
+#include <vector>
 
 namespace flexframe::render {
 namespace {
@@ -307,6 +310,51 @@ TEST(Layout, NothingIsClippedOrLiesOverSomethingElse) {
         EXPECT_LT(layout.insets.left + layout.insets.right, 0.75) << size.width;
         EXPECT_LT(layout.insets.top + layout.insets.bottom, 0.75) << size.width;
       }
+}
+
+// An axis that points at the viewer is a dot, one that points away a cross in a ring: less of its colour.
+TEST(Triad, AxesAlongTheLineOfSightSayWhichWay) {
+  Picture p;
+  p.size = {200, 150};
+  p.bounds.add(glm::dvec3(-1.0));
+  p.bounds.add(glm::dvec3(1.0));
+  p.overlay.triad = true;
+  const auto blue = [&](double z) {
+    const Layout layout = make_layout(p);
+    const std::vector<ViewFrame> frames = {make_view({.position = {0, 0, z}, .target = {0, 0, 0}}, layout.scene, p.bounds)};
+    Image image = make_image(200, 150, 3, 255);
+    PlotCache cache;
+    draw_overlay(image, p, layout, {.frames = frames}, cache);
+    int count = 0;
+    for (size_t i = 0; i < image.pixels.size(); i += 3) count += image.pixels[i + 2] > image.pixels[i] + 80;
+    return count;
+  };
+  const int dot = blue(5.0), cross = blue(-5.0);
+  EXPECT_GT(cross, 5);
+  EXPECT_GT(dot, 1.2 * cross) << dot << " and " << cross;
+}
+
+// Where there is no room for the whole caption, the short one stands in its place.
+TEST(Layout, CaptionsWithoutRoomAreShort) {
+  for (const int width : {160, 640}) {
+    Picture p = full_overlay({width, 3 * width / 4});
+    p.overlay.short_note = "ghost: × 20";
+    const Layout layout = make_layout(p);
+    const auto found = std::find_if(layout.words.begin(), layout.words.end(), [](const TextLine& w) { return w.text.ends_with("× 20"); });
+    ASSERT_TRUE(found != layout.words.end()) << width;
+    EXPECT_EQ(found->text, width == 160 ? p.overlay.short_note : p.overlay.note);
+  }
+}
+
+// Both ends of the bar, where values lie beyond them.
+TEST(Layout, EndsOfTheBarSayWhatLiesBeyond) {
+  Picture p = full_overlay({640, 480});
+  p.scalar_map.above = 1.0;
+  p.scalar_map.below = -1.0;
+  const Layout layout = make_layout(p);
+  for (const char* sign : {"≥ ", "≤ "})
+    EXPECT_TRUE(std::any_of(layout.bar.words.begin(), layout.bar.words.end(), [&](const TextLine& w) { return w.text.starts_with(sign); }))
+        << sign;
 }
 
 TEST(Layout, LabelsOfPlotsKeepTheirUnit) {

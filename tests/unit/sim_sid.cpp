@@ -611,6 +611,7 @@ BodySurface two_faces(int n) {
   s.faces.row(1).head(4) << 1, 6, 7, 2;
   s.phi = MatX::Random(24, n);
   s.stress = MatX::Random(48, n);
+  s.load_stress = MatX::Random(48, 12);
   return s;
 }
 
@@ -631,7 +632,8 @@ TEST(BodyFile, IsReadAsItWasWritten) {
       for (const BodySurface& surface : {read.surface, read_body_surface(path)}) {
         EXPECT_EQ(surface.ids, made.surface.ids);
         EXPECT_TRUE(surface.points == made.surface.points && surface.faces == made.surface.faces);
-        EXPECT_TRUE(surface.phi == made.surface.phi && surface.stress == made.surface.stress);
+        EXPECT_TRUE(surface.phi == made.surface.phi && surface.stress == made.surface.stress &&
+                    surface.load_stress == made.surface.load_stress);
       }
       // The same body as text.
       write_sid(from_flexible_body(made.body, made.comment), own.path / "body.sid");

@@ -87,7 +87,8 @@ function make_legend(c, array) {
   row.appendChild(canvas);
   for (let i = 0; i <= 4; ++i) {
     const s = i / 4, value = c.logarithmic ? c.lower * Math.pow(c.upper / c.lower, s) : c.lower + s * (c.upper - c.lower);
-    element(marks, 'span', { style: `top:${100 * (1 - s)}%` }, three_digits(value * c.factor));
+    const beyond = i === 0 && c.beyond[0] ? '≤ ' : i === 4 && c.beyond[1] ? '≥ ' : '';
+    element(marks, 'span', { style: `top:${100 * (1 - s)}%` }, beyond + three_digits(value * c.factor));
   }
 }
 
