@@ -343,11 +343,12 @@ std::optional<double> Response::share_of_sampling(const Histories& h, std::span<
   if (reads_frequency() || !any(sampled)) return {};
   if (h.times.size() < 3) {
     // Nothing lies between them that could be left out.
-    const auto moves = [&](const auto& r) {
+    double share = 0.0;
+    for (const auto& r : formula_.reductions) {
       const VecX x = series(r->of, h, settings, Seen::samples);
-      return x.maxCoeff() > x.minCoeff();
-    };
-    return std::any_of(formula_.reductions.begin(), formula_.reductions.end(), moves) ? 1.0 : 0.0;
+      if (x.maxCoeff() > x.minCoeff()) share = std::max(share, (x.maxCoeff() - x.minCoeff()) / x.cwiseAbs().maxCoeff());
+    }
+    return share;
   }
   // A time is one of the samples: the next one is as far off as it may be. Trapezoids lose four times as much by twice the step, parabolas
   // eight times.
