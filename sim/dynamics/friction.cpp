@@ -1,5 +1,6 @@
 #include "sim/dynamics/friction.h"
 
+#include "sim/base/eigen_solvers.h"
 #include "sim/dynamics/closure.h"
 #include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/friction_rest.h"
@@ -19,6 +20,8 @@ namespace {
 
 // A force that is so near to its bound, relative to it, is let go: that is how sticking ends.
 constexpr double let_go = 1e-9;
+// So often groups that start together are aimed one after the other.
+constexpr size_t most_turns = 60;
 
 // Component of a joint's reaction force (axes of its outboard frame) that presses together the surfaces on which the point slips.
 template <class W>
@@ -167,6 +170,34 @@ void solve_reaction_friction(const Model& model, FrictionState& friction, W& wor
   }
   for (Eigen::Index i = 0; i < m; ++i) force_of(friction.points[slipping[i]], work.joints) = f[i];
   accelerate(model, friction, work);
+}
+
+// Where loops leave a sticking group fewer ways to slip than it has rates, its forces across these ways are open, and the locks that carry
+// took all of it: what it holds is the least that does the same, the part along the ways.
+template <class W>
+void hold_along_ways(const Model& model, FrictionState& friction, const W& work, const FrictionPoint& lead) {
+  const ClusterWork& cw = work.clusters[lead.cluster];
+  const Partition& now = cw.partition;
+  const auto group = group_of(friction, lead);
+  const int first = closure_row_count(model, work, lead.cluster) - static_cast<int>(cw.locked.size());
+  const auto place = [](const std::vector<int>& in, int what) { return std::find(in.begin(), in.end(), what) - in.begin(); };
+  std::vector<Eigen::Index> carrying;
+  for (const FrictionPoint& p : group)
+    if (const auto at = place(now.rows, first + static_cast<int>(place(cw.locked, p.local))); at < std::ssize(now.rows))
+      carrying.push_back(at);
+  if (carrying.size() == group.size()) return;
+  MatX ways(lead.count, static_cast<Eigen::Index>(carrying.size()));
+  VecX force(lead.count);
+  for (Eigen::Index k = 0; k < lead.count; ++k) {
+    const FrictionPoint& p = group[k];
+    const auto dependent = place(now.dep, p.local);
+    force[k] = p.hold / p.arm;
+    for (size_t c = 0; c < carrying.size(); ++c)
+      ways(k, static_cast<Eigen::Index>(c)) = dependent < std::ssize(now.dep) ? p.weight * cw.Gd(dependent, carrying[c]) : 0.0;
+  }
+  if (carrying.empty()) force.setZero();
+  else force = ways * least_squares(ways, force);
+  for (Eigen::Index k = 0; k < lead.count; ++k) group[k].hold = force[k] * group[k].arm;
 }
 
 // Gives every cluster the locks of the points that stick, with the partition that goes with them.
@@ -338,9 +369,9 @@ bool hold_again(const Model& model, FrictionState& friction, Waiting& waiting, W
   constexpr int rounds = 3;
   for (size_t k = 0; k < friction.points.size(); ++k) {
     FrictionPoint& p = friction.points[k];
-    if (!waiting.released[k] || waiting.waits[k] || waiting.again[k] == rounds) continue;
+    if (!waiting.released[k] || waiting.waits[k]) continue;
     if (p.phase == FrictionPhase::forward || p.phase == FrictionPhase::backward) {
-      if (rate_of(p, model, work.wdot) * direction(p) >= -100.0 * no_acceleration(model, work, p)) continue;
+      if (waiting.again[k] == rounds || rate_of(p, model, work.wdot) * direction(p) >= -100.0 * no_acceleration(model, work, p)) continue;
       p.phase = FrictionPhase::stick;
       ++waiting.again[k];
       return true;
@@ -352,11 +383,14 @@ bool hold_again(const Model& model, FrictionState& friction, Waiting& waiting, W
     const bool slips = aim_breakaway(model, friction, p, work);
     i = 0;
     for (const FrictionPoint& other : group_of(friction, p)) now[i++] = other.along;
-    if (!slips)
+    // Once it slips the rest of a direction turns by itself.
+    constexpr double near = 1e-6;
+    if (!slips && waiting.again[k] < rounds) {
       for (FrictionPoint& other : group_of(friction, p)) other.phase = FrictionPhase::stick;
-    if (slips && (now - before).norm() <= 1e-9) continue;
-    ++waiting.again[k];
-    return true;
+      ++waiting.again[k];
+      return true;
+    }
+    if ((now - before).norm() > near) return true;
   }
   return false;
 }
@@ -447,6 +481,9 @@ void update_friction_accelerations(const Model& model, FrictionState& friction, 
       const auto at = std::find(cw.locked.begin(), cw.locked.end(), p.local);
       p.hold = lambda[loops + (at - cw.locked.begin())];
     }
+    for (const FrictionPoint& p : friction.points)
+      if (p.cluster == static_cast<int>(c) && p.phase == FrictionPhase::stick && grouped(p) && leads(friction, p))
+        hold_along_ways(model, friction, work, p);
   }
 }
 
@@ -471,7 +508,7 @@ void settle_friction(const Model& model, FrictionState& friction, const std::vec
   for (int k : resting)
     if (!turned && friction.points[k].phase != FrictionPhase::regularised) set_phase(friction.points[k], FrictionPhase::stick);
   const bool settled = turned && !any_sticks(friction);
-  for (size_t pass = 0; pass <= 12 * friction.points.size() && !settled; ++pass) {
+  for (size_t pass = 0; pass <= 12 * friction.points.size() + most_turns && !settled; ++pass) {
     renew_locks(model, friction, work);
     wait_for_locks(model, friction, waiting, work);
     // What comes to rest with the others (rates in proportion to one another) is settled with them.
