@@ -173,7 +173,8 @@ void solve_reaction_friction(const Model& model, FrictionState& friction, W& wor
 }
 
 // Where loops leave a sticking group fewer ways to slip than it has rates, its forces across these ways are open, and the locks that carry
-// took all of it: what it holds is the least that does the same, the part along the ways.
+// took all of it: what it holds is the least that does the same, the part along the ways. Of given normal forces: a reaction has what the
+// locks carry across them, and would hold the group by its own wedging.
 template <class W>
 void hold_along_ways(const Model& model, FrictionState& friction, const W& work, const FrictionPoint& lead) {
   const ClusterWork& cw = work.clusters[lead.cluster];
@@ -482,7 +483,7 @@ void update_friction_accelerations(const Model& model, FrictionState& friction, 
       p.hold = lambda[loops + (at - cw.locked.begin())];
     }
     for (const FrictionPoint& p : friction.points)
-      if (p.cluster == static_cast<int>(c) && p.phase == FrictionPhase::stick && grouped(p) && leads(friction, p))
+      if (p.cluster == static_cast<int>(c) && p.phase == FrictionPhase::stick && !p.law.reaction && grouped(p) && leads(friction, p))
         hold_along_ways(model, friction, work, p);
   }
 }
