@@ -1,5 +1,6 @@
 #include "sim/dynamics/friction.h"
 
+#include "sim/base/eigen_solvers.h"
 #include "sim/dynamics/closure.h"
 #include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/friction_rest.h"
@@ -19,6 +20,8 @@ namespace {
 
 // A force that is so near to its bound, relative to it, is let go: that is how sticking ends.
 constexpr double let_go = 1e-9;
+// So often groups that start together are aimed one after the other.
+constexpr size_t most_turns = 60;
 
 // Component of a joint's reaction force (axes of its outboard frame) that presses together the surfaces on which the point slips.
 template <class W>
@@ -169,6 +172,35 @@ void solve_reaction_friction(const Model& model, FrictionState& friction, W& wor
   accelerate(model, friction, work);
 }
 
+// Where loops leave a sticking group fewer ways to slip than it has rates, its forces across these ways are open, and the locks that carry
+// took all of it: what it holds is the least that does the same, the part along the ways. Of given normal forces: a reaction has what the
+// locks carry across them, and would hold the group by its own wedging.
+template <class W>
+void hold_along_ways(const Model& model, FrictionState& friction, const W& work, const FrictionPoint& lead) {
+  const ClusterWork& cw = work.clusters[lead.cluster];
+  const Partition& now = cw.partition;
+  const auto group = group_of(friction, lead);
+  const int first = closure_row_count(model, work, lead.cluster) - static_cast<int>(cw.locked.size());
+  const auto place = [](const std::vector<int>& in, int what) { return std::find(in.begin(), in.end(), what) - in.begin(); };
+  std::vector<Eigen::Index> carrying;
+  for (const FrictionPoint& p : group)
+    if (const auto at = place(now.rows, first + static_cast<int>(place(cw.locked, p.local))); at < std::ssize(now.rows))
+      carrying.push_back(at);
+  if (carrying.size() == group.size()) return;
+  MatX ways(lead.count, static_cast<Eigen::Index>(carrying.size()));
+  VecX force(lead.count);
+  for (Eigen::Index k = 0; k < lead.count; ++k) {
+    const FrictionPoint& p = group[k];
+    const auto dependent = place(now.dep, p.local);
+    force[k] = p.hold / p.arm;
+    for (size_t c = 0; c < carrying.size(); ++c)
+      ways(k, static_cast<Eigen::Index>(c)) = dependent < std::ssize(now.dep) ? p.weight * cw.Gd(dependent, carrying[c]) : 0.0;
+  }
+  if (carrying.empty()) force.setZero();
+  else force = ways * least_squares(ways, force);
+  for (Eigen::Index k = 0; k < lead.count; ++k) group[k].hold = force[k] * group[k].arm;
+}
+
 // Gives every cluster the locks of the points that stick, with the partition that goes with them.
 void renew_locks(const Model& model, const FrictionState& friction, Work& work) {
   for (size_t c = 0; c < model.clusters.size(); ++c) {
@@ -200,8 +232,8 @@ void renew_locks(const Model& model, const FrictionState& friction, Work& work) 
 }
 
 // The direction in which a group starts to slip from rest: that of its acceleration, which friction opposes. Its locks are gone; other
-// forces stay.
-void aim_breakaway(const Model& model, FrictionState& friction, FrictionPoint& lead, Work& work) {
+// forces stay. False where its kinetic friction would hold it.
+bool aim_breakaway(const Model& model, FrictionState& friction, FrictionPoint& lead, Work& work) {
   const auto group = group_of(friction, lead);
   const Eigen::Index n = lead.count;
   const auto slip_acceleration = [&]() {
@@ -211,6 +243,7 @@ void aim_breakaway(const Model& model, FrictionState& friction, FrictionPoint& l
     for (const FrictionPoint& p : group) a[k++] = p.weight * work.wdot[model.parts[p.part].v0 + p.rate];
     return a;
   };
+  bool slips = true;
   // Its normal force depends on the friction itself: a few rounds.
   for (int round = 0; round < 20; ++round) {
     update_friction_accelerations(model, friction, work);
@@ -218,7 +251,7 @@ void aim_breakaway(const Model& model, FrictionState& friction, FrictionPoint& l
     VecX before(n), d(n);
     Eigen::Index k = 0;
     for (const FrictionPoint& p : group) before[k++] = p.along;
-    if (force == 0.0) return;
+    if (force == 0.0) return true;
     for (FrictionPoint& p : group) force_of(p, work.joints) = 0.0;
     const VecX free = slip_acceleration();
     MatX mobility(n, n);
@@ -229,6 +262,7 @@ void aim_breakaway(const Model& model, FrictionState& friction, FrictionPoint& l
     }
     // |d| falls with lambda, from at least 1 at zero to below at |A F|.
     double low = 0.0, high = free.norm();
+    slips = (1e-14 * mobility.norm() * MatX::Identity(n, n) + mobility).partialPivLu().solve(free).norm() > 1.0 - 2.0 * let_go;
     for (int halving = 0; halving < 200 && high - low > 1e-16 * high; ++halving) {
       const double lambda = 0.5 * (low + high);
       d = (lambda * MatX::Identity(n, n) + mobility).partialPivLu().solve(free);
@@ -236,8 +270,9 @@ void aim_breakaway(const Model& model, FrictionState& friction, FrictionPoint& l
     }
     d = (high * MatX::Identity(n, n) + mobility).partialPivLu().solve(free).normalized();
     aim(friction, lead, d);
-    if (!lead.law.reaction || (d - before).norm() <= 1e-12) return;
+    if (!lead.law.reaction || (d - before).norm() <= 1e-12) break;
   }
+  return slips;
 }
 
 // Finds the points that wait. A group that the locks no longer hold starts in the direction in which it is driven.
@@ -329,6 +364,38 @@ bool share_out(const Model& model, FrictionState& friction, int cluster, Waiting
   return true;
 }
 
+// Whether a point that was let go holds after all, since what was let go after it took its load, or a group starts another way: found anew.
+bool hold_again(const Model& model, FrictionState& friction, Waiting& waiting, Work& work) {
+  // In a cycle (normal forces that follow friction) a choice stays after as many rounds; the run then tells what it finds.
+  constexpr int rounds = 3;
+  for (size_t k = 0; k < friction.points.size(); ++k) {
+    FrictionPoint& p = friction.points[k];
+    if (!waiting.released[k] || waiting.waits[k]) continue;
+    if (p.phase == FrictionPhase::forward || p.phase == FrictionPhase::backward) {
+      if (waiting.again[k] == rounds || rate_of(p, model, work.wdot) * direction(p) >= -100.0 * no_acceleration(model, work, p)) continue;
+      p.phase = FrictionPhase::stick;
+      ++waiting.again[k];
+      return true;
+    }
+    if (p.phase != FrictionPhase::slip || !leads(friction, p)) continue;
+    VecX before(p.count), now(p.count);
+    Eigen::Index i = 0;
+    for (const FrictionPoint& other : group_of(friction, p)) before[i++] = other.along;
+    const bool slips = aim_breakaway(model, friction, p, work);
+    i = 0;
+    for (const FrictionPoint& other : group_of(friction, p)) now[i++] = other.along;
+    // Once it slips the rest of a direction turns by itself.
+    constexpr double near = 1e-6;
+    if (!slips && waiting.again[k] < rounds) {
+      for (FrictionPoint& other : group_of(friction, p)) other.phase = FrictionPhase::stick;
+      ++waiting.again[k];
+      return true;
+    }
+    if ((now - before).norm() > near) return true;
+  }
+  return false;
+}
+
 // Points that wait, but are driven: whether there are new ones.
 bool find_driven(const Model& model, const FrictionState& friction, const Work& work, Waiting& waiting) {
   bool found = false;
@@ -415,6 +482,9 @@ void update_friction_accelerations(const Model& model, FrictionState& friction, 
       const auto at = std::find(cw.locked.begin(), cw.locked.end(), p.local);
       p.hold = lambda[loops + (at - cw.locked.begin())];
     }
+    for (const FrictionPoint& p : friction.points)
+      if (p.cluster == static_cast<int>(c) && p.phase == FrictionPhase::stick && !p.law.reaction && grouped(p) && leads(friction, p))
+        hold_along_ways(model, friction, work, p);
   }
 }
 
@@ -433,12 +503,13 @@ void settle_friction(const Model& model, FrictionState& friction, const std::vec
       for (FrictionPoint& other : group_of(friction, p)) other.phase = phase;
   };
   const std::vector<char> none(friction.points.size(), 0);
-  Waiting waiting{none, none, none, std::vector<Waiting::Sharing>(model.clusters.size(), Waiting::open)};
+  Waiting waiting{none, none, none, none, none, std::vector<Waiting::Sharing>(model.clusters.size(), Waiting::open)};
   for (FrictionPoint& p : friction.points) p.law = *model.parts[p.part].joint.friction;
   const bool turned = turn_round(model, friction, resting, work);
   for (int k : resting)
     if (!turned && friction.points[k].phase != FrictionPhase::regularised) set_phase(friction.points[k], FrictionPhase::stick);
-  for (size_t pass = 0; pass <= 3 * friction.points.size() && !(turned && !any_sticks(friction)); ++pass) {
+  const bool settled = turned && !any_sticks(friction);
+  for (size_t pass = 0; pass <= 12 * friction.points.size() + most_turns && !settled; ++pass) {
     renew_locks(model, friction, work);
     wait_for_locks(model, friction, waiting, work);
     // What comes to rest with the others (rates in proportion to one another) is settled with them.
@@ -494,7 +565,11 @@ void settle_friction(const Model& model, FrictionState& friction, const std::vec
       if (std::abs(p.hold) > 0.0 && ratio > (1.0 - (waiting.shared[p.cluster] == Waiting::found ? 0.5 : 1.0) * let_go) * excess)
         excess = ratio, worst = &p;
     }
-    if (!worst) break;
+    if (!worst) {
+      if (hold_again(model, friction, waiting, work)) continue;
+      break;
+    }
+    waiting.released[static_cast<size_t>(worst - friction.points.data())] = true;
     if (excess < 0.0) continue;
     if (auto& shared = waiting.shared[worst->cluster]; shared == Waiting::open) {
       const bool found = share_out(model, friction, worst->cluster, waiting, work);

@@ -30,6 +30,8 @@ struct Waiting {
   std::vector<char> waits;
   std::vector<char> driven;     // a prescribed motion moves it, whatever sticks
   std::vector<char> idle;       // others hold its share too: it carries nothing
+  std::vector<char> released;   // was let go at this time
+  std::vector<char> again;      // how often it then held all the same
   std::vector<Sharing> shared;  // per cluster
 };
 

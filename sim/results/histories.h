@@ -16,6 +16,7 @@ namespace flexframe::sim {
 struct OutputScales {
   double length = 0.0;  // m, size of the mechanism
   double force = 0.0;   // N, largest force in a joint, weight
+  double speed = 0.0;   // m/s, of its mass on the average, at its fastest
 };
 
 struct Histories {

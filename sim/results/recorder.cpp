@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace flexframe::sim {
 namespace {
@@ -53,6 +54,7 @@ void raise_scales(const System& system, const Energy& e, bool reactions, const R
   const double duration = model.settings.duration;
   scales.force = std::max({scales.force, model.mass * model.settings.gravity.norm(), model.mass * model.size / (duration * duration),
                            std::max(e.kinetic, e.strain) / model.size});
+  if (model.mass > 0.0) scales.speed = std::max(scales.speed, std::sqrt(2.0 * std::max(e.kinetic, 0.0) / model.mass));
   if (!reactions) return;
   for (const Vec6& F : forces.part) scales.force = std::max(scales.force, F.head<3>().norm());
   for (const Vec6& F : forces.loop) scales.force = std::max(scales.force, F.head<3>().norm());

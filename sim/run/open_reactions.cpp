@@ -82,9 +82,10 @@ void OpenReactions::warn(Notes& into) const {
     if (!r.open.empty())
       into.warn(
           fmt::format("joint '{}'", fmt::join(r.open, "', '")),
-          fmt::format("rests by friction that rigid bodies leave open: several joints or coordinates hold the same motion, and what each "
-                      "of them holds (friction_force, reactions) is one share-out of many{}; for the true shares make a body elastic",
-                      r.rubs ? "; when they give way depends on it, since normal forces are reactions" : ""));
+          fmt::format(
+              "rests by friction that rigid bodies leave open: several joints or coordinates hold the same motion, and what each "
+              "of them holds (friction_force, reactions) is one share-out of many{}; for the true shares make a body elastic",
+              r.rubs ? "; when they give way and what rubs on what still slides depend on it, since normal forces are reactions" : ""));
 }
 
 }  // namespace flexframe::sim

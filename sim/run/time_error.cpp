@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 #include <vector>
 
@@ -20,6 +21,41 @@ double share_of_difference(const std::string& unit, const std::string& method) {
   // Adams' methods step over nothing, and their errors fall faster: median of true errors over differences 0.15, also of forces.
   if (method == "adams") return 0.2;
   return of_forces(unit) ? 0.5 : error_of_difference;
+}
+
+// The largest of what an output of places, angles or their rates is made of: columns of its unit, the mechanism and its speed. 0: of
+// others.
+double made_of(const std::string& unit, const Histories& run) {
+  const double length = run.scales.length > 0.0 ? run.scales.length : 1.0;
+  const std::map<std::string, double> scales = {
+      {"m", run.scales.length}, {"rad", 1.0}, {"m/s", run.scales.speed}, {"rad/s", run.scales.speed / length}};
+  const auto scale = scales.find(unit);
+  if (scale == scales.end()) return 0.0;
+  double out = scale->second;
+  for (Eigen::Index k = 0; k < run.values.rows(); ++k)
+    if (run.units[static_cast<size_t>(k)] == unit) out = std::max(out, run.values.row(k).cwiseAbs().maxCoeff());
+  return out;
+}
+
+// Outputs that stand still: they move by no more than the errors of all steps add up to (each is the tolerance, of what they are made of),
+// and otherwise in the other run. Their own range is error then, and no measure. 1e-8 at most: a small motion that a tolerance is too loose
+// for is to be warned of.
+void tell_still(const Difference& difference, const VecX& ranges, const Histories& run, SolverStatistics& out, VecX& errors) {
+  constexpr double alike = 0.3, most = 1e-8;
+  const double added_up = std::min(static_cast<double>(out.steps) * out.tolerance, most);
+  std::vector<std::string> still;
+  for (Eigen::Index k = 0; k < errors.size(); ++k) {
+    if (errors[k] < 0.0 || difference.columns[k] <= alike) continue;
+    const std::string &column = run.columns[static_cast<size_t>(k)], &unit = run.units[static_cast<size_t>(k)];
+    if (ranges[k] > added_up * made_of(unit, run) || (run.sizes.size() > 0 && run.sizes[k] > 0.0)) continue;
+    errors[k] = -1.0;
+    still.push_back(fmt::format("{} (to {:.1g} {})", column, ranges[k], unit));
+  }
+  if (still.empty()) return;
+  const size_t shown = std::min<size_t>(still.size(), 3);
+  const std::string more = still.size() > shown ? fmt::format(" and {} more outputs", still.size() - shown) : "";
+  out.notes.tell("", fmt::format("{}{} stand still: what moves in them is error of the time integration",
+                                 fmt::join(still.begin(), still.begin() + static_cast<long>(shown), ", "), more));
 }
 
 // What the outputs' errors are: the largest into `out`, warned of where it is above unasked_accuracy.
@@ -112,17 +148,21 @@ VecX errors_by_looser(const Difference& difference, const VecX& ranges, const Hi
 Difference estimate_time_error(const Histories& looser, const Histories& run, SolverStatistics& out) {
   const VecX ranges = output_ranges(run);
   Difference difference = compare_histories(looser, run, ranges);
-  tell_errors(errors_by_looser(difference, ranges, run, out), run, out);
+  VecX errors = errors_by_looser(difference, ranges, run, out);
+  tell_still(difference, ranges, run, out, errors);
+  tell_errors(errors, run, out);
   return difference;
 }
 
 Difference estimate_by_tighter(const Histories& tighter, const Histories* looser, const Histories& run, SolverStatistics& out) {
   const VecX ranges = output_ranges(run);
-  VecX errors = (ranges.array() > 0.0).select(compare_histories(tighter, run, ranges).columns, -1.0);
+  const Difference to_tighter = compare_histories(tighter, run, ranges);
+  VecX errors = (ranges.array() > 0.0).select(to_tighter.columns, -1.0);
+  tell_still(to_tighter, ranges, run, out, errors);
   Difference difference;
   if (looser) {
     difference = compare_histories(*looser, run, ranges);
-    if (is_loose(out)) errors = errors.cwiseMax(errors_by_looser(difference, ranges, run, out));
+    if (is_loose(out)) errors = (errors.array() < 0.0).select(errors, errors.cwiseMax(errors_by_looser(difference, ranges, run, out)));
   }
   tell_errors(errors, run, out);
   return difference;

@@ -89,6 +89,21 @@ double peak(const VecX& t, const VecX& x) {
   return bend < 0.0 ? most - slope * slope / (4.0 * bend) : most;
 }
 
+// Without every second sample, the first or the second one of the inner ones on; first and last stay: what a run begins and ends with is no
+// matter of sampling.
+Histories every_second(const Histories& h, Eigen::Index left_out) {
+  const Eigen::Index n = h.times.size();
+  std::vector<Eigen::Index> kept;
+  for (Eigen::Index i = 0; i < n; ++i)
+    if (i == 0 || i == n - 1 || i % 2 != left_out % 2) kept.push_back(i);
+  Histories out;
+  out.columns = h.columns;
+  out.times.resize(static_cast<Eigen::Index>(kept.size()));
+  out.values.resize(h.values.rows(), out.times.size());
+  for (Eigen::Index i = 0; i < out.times.size(); ++i) out.times[i] = h.times[kept[i]], out.values.col(i) = h.values.col(kept[i]);
+  return out;
+}
+
 // Of the largest line but the mean, between its neighbours by the parabola through the logarithms of the three (for Hann's window good to
 // a few hundredths of a line).
 double strongest_frequency(const VecX& t, const VecX& x) {
@@ -313,24 +328,45 @@ bool Response::reads_frequency() const {
   return std::any_of(formula_.reductions.begin(), formula_.reductions.end(), [](const auto& r) { return r->word == frequency; });
 }
 
+double Response::largest(const Histories& h, std::span<const double> settings) const {
+  double out = 0.0;
+  for (const auto& r : formula_.reductions)
+    if (r->word <= integral) out = std::max(out, series(r->of, h, settings, Seen::samples).cwiseAbs().maxCoeff());
+  return out;
+}
+
 std::optional<double> Response::share_of_sampling(const Histories& h, std::span<const double> settings) const {
-  const auto seen = [](const std::shared_ptr<const Reduction>& r) { return r->word <= integral && r->word != final && r->word != initial; };
-  if (h.times.size() < 5 || formula_.reductions.empty() || !std::all_of(formula_.reductions.begin(), formula_.reductions.end(), seen))
-    return {};
-  // The last sample stays: what a run ends with is no matter of sampling.
-  const Eigen::Index n = h.times.size(), half = n / 2 + 1;
-  Histories thin;
-  thin.columns = h.columns;
-  thin.times.resize(half);
-  thin.values.resize(h.values.rows(), half);
-  for (Eigen::Index i = 0; i < half; ++i) {
-    const Eigen::Index from = std::min(2 * i, n - 1);
-    thin.times[i] = h.times[from];
-    thin.values.col(i) = h.values.col(from);
+  const auto any = [&](auto what) {
+    return std::any_of(formula_.reductions.begin(), formula_.reductions.end(), [&](const auto& r) { return what(r->word); });
+  };
+  const auto sampled = [](std::size_t word) { return word != final && word != initial; };
+  if (reads_frequency() || !any(sampled)) return {};
+  if (h.times.size() < 3) {
+    // Nothing lies between them that could be left out.
+    double share = 0.0;
+    for (const auto& r : formula_.reductions) {
+      const VecX x = series(r->of, h, settings, Seen::samples);
+      if (x.maxCoeff() > x.minCoeff()) share = std::max(share, (x.maxCoeff() - x.minCoeff()) / x.cwiseAbs().maxCoeff());
+    }
+    return share;
   }
-  const double all = value(h, settings), few = value(thin, settings), between = value(h, settings, Seen::between);
-  const double off = std::max(std::abs(all - few) / 3.0, std::abs(all - between));
-  return off == 0.0 ? 0.0 : off / std::abs(all);
+  // A time is one of the samples: the next one is as far off as it may be. Trapezoids lose four times as much by twice the step, parabolas
+  // eight times.
+  const bool times = !any([](std::size_t word) { return word <= integral; });
+  const double lost = times ? 1.0 : any([](std::size_t word) { return word == mean || word == rms || word == integral; }) ? 3.0 : 7.0;
+  const double all = value(h, settings), between = value(h, settings, Seen::between), duration = h.times[h.times.size() - 1] - h.times[0];
+  double off = std::abs(all - between);
+  for (const Eigen::Index left_out : {1, 2}) {
+    try {
+      off = std::max(off, std::abs(between - value(every_second(h, left_out), settings, Seen::between)) / lost);
+    } catch (const SimulationError&) {
+      // A condition that only samples left out have seen.
+      return 1.0;
+    }
+  }
+  constexpr double rounding = 1e-12;
+  if (off <= rounding * std::max(1.0, duration) * largest(h, settings)) return 0.0;
+  return (1.0 - rounding) * off / (times ? duration : std::abs(all));
 }
 
 }  // namespace flexframe::sim

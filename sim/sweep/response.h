@@ -36,9 +36,9 @@ class Response {
   // is never true, a root of a negative number.
   double value(const Histories& histories, std::span<const double> settings) const;
 
-  // By what share of it the value may be off because it is seen at samples only: a third of what leaving out every second sample changes,
-  // or what parabolas through the largest and smallest samples add to these.
-  // None where that is no measure (times and frequencies, values of one sample alone).
+  // By what share of it the value may be off because it is seen at samples only: what leaving out every second sample, the odd or the
+  // even ones, shows (a third of what it changes, of extremes a seventh), or what parabolas through the largest and smallest samples add
+  // to these. Of times the share is of the run. None where that is no measure (frequencies, values of one sample alone).
   std::optional<double> share_of_sampling(const Histories& histories, std::span<const double> settings) const;
 
   // A frequency in it of which the run holds too few periods, as a sentence; empty: none. The histories are those of a value.
@@ -74,6 +74,8 @@ class Response {
   static double reduce(const Reduction& reduction, const Histories& histories, std::span<const double> settings, Seen seen);
   static std::string too_few_periods(const Formula& formula, const Histories& histories, std::span<const double> settings);
   double value(const Histories& histories, std::span<const double> settings, Seen seen) const;
+  // Of the histories that it takes extremes and means of.
+  double largest(const Histories& histories, std::span<const double> settings) const;
 
   std::string name_;
   Formula formula_;

@@ -180,7 +180,8 @@ void respond(const Sweep& sweep, const std::vector<Design::Value>& values, const
     }
   }
   for (const std::string& text : slow) tell_of_samples(sweep, text, row);
-  if (problems.empty()) return check_samples(sweep, coarse, results, row);
+  check_samples(sweep, coarse, results, row);
+  if (problems.empty()) return;
   row.end = PointEnd::lacking;
   row.message += (row.message.empty() ? "" : "; ") + fmt::format("{}", fmt::join(problems, "; "));
 }

@@ -22,6 +22,10 @@ std::string slide(const std::string& more) {
   return "[[joint]]\nname = \"slide\"\nkind = \"prismatic\"\nparent = \"ground\"\nchild = \"block\"\naxis = [1, 0, 0]\n" + more + "\n";
 }
 
+std::string push(const char* on, const char* direction, double value) {
+  return fmt::format("[[force]]\nkind = \"force\"\non = \"{}\"\ndirection = {}\nvalue = {}\n", on, direction, value);
+}
+
 // A block of 3 m/s on a floor stops after v/(mu g), v^2/(2 mu g), and stays; the normal force as a number and as the reaction.
 TEST(Friction, SlidingBlockStops) {
   for (const char* normal : {"19.62", "\"reaction\""}) {
@@ -342,6 +346,50 @@ TEST(Friction, OpposesTheSlipWhateverItsDirection) {
                              1e-9);
   EXPECT_NEAR(last(sleeve, "v.1"), 0.6 * (2 - 0.5 * 0.3 * 4 / 2), 1e-6);
   EXPECT_NEAR(last(sleeve, "v.2") * radius, 0.8 * (2 - 0.5 * 0.3 * 4 / 2), 1e-6);
+}
+
+// A block that turns round on a plate drags it the other way from then on: the plate, held until then, is let go at that very time.
+TEST(Friction, TurningRoundLetsGoWhatItStandsOn) {
+  const auto body = [](const char* name, const char* on, const char* more) {
+    return fmt::format(
+        "[[body]]\nname = \"{0}\"\nkind = \"rigid\"\nmass = 1\n[[joint]]\nname = \"on_{1}\"\nkind = \"prismatic\"\nparent = \"{1}\"\nchild "
+        "= "
+        "\"{0}\"\naxis = [1, 0, 0]\n{2}\n",
+        name, on, more);
+  };
+  const Results r = run(head(1, "[0, 0, 0]") + body("plate", "ground", "friction = { coefficient = 0.3, normal_force = 10 }") +
+                            body("load", "plate", "initial = { rate = 1 }\nfriction = { coefficient = 0.2, normal_force = 10 }") +
+                            push("plate", "[1, 0, 0]", -2) + push("load", "[1, 0, 0]", -5) + output("plate", "plate", "position") +
+                            output("load", "load", "position") + output("held", "on_ground", "friction_force"),
+                        1e-8);
+  // Until 1/7 s the load's 2 N cancel the plate's own; from then on they add up to 4 N against 3 N.
+  const double turn = 1.0 / 7.0;
+  ASSERT_EQ(events(r, "turns round").size(), 1u);
+  EXPECT_NEAR(events(r, "turns round")[0], turn, 1e-8);
+  for (Eigen::Index i = 0; i < r.times.size(); ++i) {
+    const double t = r.times[i], after = std::max(0.0, t - turn), before = std::min(t, turn);
+    EXPECT_NEAR(column(r, "plate.x")[i], -0.5 * after * after, 1e-7);
+    EXPECT_NEAR(column(r, "load.x")[i], before - 3.5 * before * before - 1.5 * after * after, 1e-7);
+    EXPECT_NEAR(column(r, "held")[i], t > turn ? 3.0 : 0.0, 1e-7);
+  }
+  EXPECT_LT(energy_gap(r), 1e-6);
+}
+
+// Pushed beside its centre of mass, a puck at rest would need more than its friction to be kept from turning as long as it stood; once it
+// slides, its own inertia keeps it. m = 2 kg, 3 N of friction, centre of mass 0.1 m and push of 6 N 1/15 m beside the middle.
+TEST(Friction, SlidesFromRestWithoutTurning) {
+  const Results r =
+      run(head(1, "[0, 0, 0]") +
+              "[[body]]\nname = \"block\"\nkind = \"rigid\"\nmass = 2\ninertia = [0.1, 0.1, 0.1]\ncentre_of_mass = [0.1, 0, 0]\n"
+              "frames = { side = [0.06666666666666667, 0, 0] }\n[[joint]]\nname = \"floor\"\nkind = \"planar\"\nparent = "
+              "\"ground\"\nchild = \"block\"\nfriction = { coefficient = 0.3, normal_force = 10, radius = 0.05 }\n" +
+              push("block.side", "[0, 1, 0]", 6) + output("p", "floor", "value") + output("f", "floor", "friction_force"),
+          1e-8);
+  for (Eigen::Index i = 1; i < r.times.size(); ++i) {
+    EXPECT_NEAR(column(r, "p.2")[i], 0.75 * r.times[i] * r.times[i], 1e-7);
+    EXPECT_EQ(column(r, "p.3")[i], 0.0);
+    EXPECT_NEAR(column(r, "f.3")[i], -0.1, 1e-7);
+  }
 }
 
 // The same, exact: it stops on time and stays; its spin has a law of its own.

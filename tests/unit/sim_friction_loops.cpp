@@ -202,6 +202,30 @@ TEST(FrictionLoops, PinsThatRestTogetherHoldTogether) {
   } while (std::next_permutation(order.begin(), order.end()));
 }
 
+// A rod on two balls turns about the line through them, which is askew to their axes. Each holds as much along that line, whatever its
+// locks carry across it, which the rod's supports take as well: 0.6 N m each, and 0.3 once it turns.
+TEST(FrictionLoops, BallsHoldAlongTheLineTheyTurnAbout) {
+  const Vec3 line = Vec3(0.6, 0.5, 0.62).normalized(), far = 0.4 * line;
+  const auto text = [](const Vec3& v) { return fmt::format("[{:.17g}, {:.17g}, {:.17g}]", v[0], v[1], v[2]); };
+  for (const double holds : {0.3, 0.6}) {
+    const std::string rub =
+        fmt::format("friction = {{ coefficient = 0.3, static_coefficient = {}, normal_force = 10, radius = 0.1 }}", holds);
+    const Results r =
+        run(head(1, Vec3(0, 0, 0), 200) + "[[body]]\nname = \"rod\"\nkind = \"rigid\"\nmass = 1\ninertia = [0.1, 0.1, 0.1]\n" +
+                "centre_of_mass = " + text(0.5 * far) + "\nframes = { far = " + text(far) + " }\n" +
+                joint("near", "spherical", "ground", "rod", rub) +
+                joint("far", "spherical", "ground", "rod.far", "position = " + text(far) + "\n" + rub) +
+                "[[force]]\nkind = \"torque\"\non = \"rod\"\ndirection = " + text(line) + "\nvalue = \"2*t\"\n" +
+                output("w", "rod", "angular_velocity"),
+            1e-8);
+    for (Eigen::Index i = 0; i < r.times.size(); ++i) {
+      const double t = std::max(r.times[i], holds);
+      const double rate = ((t * t - holds * holds) - 0.6 * (t - holds)) / 0.1;
+      ASSERT_NEAR(column(r, "w.x")[i], rate * line[0], 1e-6) << r.times[i];
+    }
+  }
+}
+
 // Shares of several rates that hold fewer motions: each force is within its bound, one at its bound opposes the acceleration, and what is
 // within does not accelerate (Gauss' principle: these conditions have one solution for the accelerations). Where a share-out holds
 // everything, as one within the bounds made the loads, nothing accelerates.

@@ -203,6 +203,40 @@ TEST(SweepResponse, NumbersOfAHistory) {
   EXPECT_EQ(Response("max(arm.x)", h.columns, settings).name(), "max(arm.x)");
 }
 
+// Samples of x(t) over 1 s, so many a second, and whether a response of it is told to hang on them.
+bool hangs_on_samples(const std::string& text, int rate, const std::function<double(double)>& x) {
+  Histories h;
+  h.columns = {"x"};
+  h.units = {"m"};
+  h.times = VecX::LinSpaced(rate + 1, 0.0, 1.0);
+  h.values = h.times.unaryExpr(x).transpose();
+  const auto share = Response(text, h.columns, {}).share_of_sampling(h, {});
+  return share && *share > 0.01;
+}
+
+// 100 samples a second show a peak of 3 ms as 0.83 of it, and one of 30 ms to 0.4 %; seven of a vibration of 3 Hz told a time of
+// 0.43 s for 0.026 s. Every second sample shows it, whichever is left out, and beside a last value too.
+TEST(SweepResponse, TooFewSamplesAreTold) {
+  const auto peak = [](double width) { return [width](double t) { return std::exp(-std::pow((t - 0.5013) / width, 2)); }; };
+  for (const char* text :
+       {"max(x)", "range(x)", "-min(-x)", "max(x) - final(x)", "max(x)/(1 + initial(x))", "rms(x)", "rms(x - mean(x))"}) {
+    EXPECT_TRUE(hangs_on_samples(text, 100, peak(0.003))) << text;
+    EXPECT_FALSE(hangs_on_samples(text, 100, peak(0.03))) << text;
+  }
+  EXPECT_TRUE(hangs_on_samples("time_of(x > 0.5)", 100, peak(0.003)));
+  EXPECT_FALSE(hangs_on_samples("time_of(x > 0.5)", 100, peak(0.03)));
+  const auto sine = [](double t) { return std::sin(20.0 * t); };
+  for (const char* text : {"rms(x - mean(x))", "mean(x)", "time_of(x > 0.5)", "time_of_max(x)"})
+    EXPECT_TRUE(hangs_on_samples(text, 7, sine)) << text;
+  for (const char* text : {"rms(x)", "max(x)", "range(x)", "time_of(x > 0.5)", "integral(abs(x))"})
+    EXPECT_FALSE(hangs_on_samples(text, 200, sine)) << text;
+  // Two samples show nothing of what lies between them, a constant nothing else; a mean that is zero but for rounding does not change.
+  EXPECT_TRUE(hangs_on_samples("max(x)", 1, sine));
+  EXPECT_FALSE(hangs_on_samples("max(x)", 1, [](double) { return 0.3; }));
+  EXPECT_FALSE(hangs_on_samples("mean(x)", 1000, [](double t) { return std::sin(6.0 * std::numbers::pi * t); }));
+  EXPECT_FALSE(hangs_on_samples("final(x) - initial(x)", 7, sine));
+}
+
 TEST(SweepResponse, SaysWhatIsWrong) {
   const Histories h = sine();
   const std::vector<std::string> settings = {"L"};

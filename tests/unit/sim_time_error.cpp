@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <tuple>
 
 namespace flexframe::sim {
 namespace {
@@ -62,6 +63,32 @@ TEST(TimeError, OfATighterRunTheDifference) {
   SolverStatistics none;
   estimate_by_tighter(still, nullptr, still, none);
   EXPECT_LT(none.error_estimate, 0.0);
+}
+
+// A speed of 3 m/s that keeps its value, but for `noise` of either sign, and for `motion`.
+Histories steady(double noise, double motion = 0.0) {
+  Histories h = history("m/s");
+  h.values << 3.0 + noise, 3.0 - noise + 0.5 * motion, 3.0 + motion;
+  return h;
+}
+
+// The centre of a free beam was told to be off by 2.3 of its range, which is the steps' errors: 1000 of 1e-12 are 3e-9 of 3 m/s. A motion
+// as small that the other run has too is one, and a larger one is judged, whatever it is.
+TEST(TimeError, WhatStandsStillIsNotMeasuredByItsErrors) {
+  const auto told = [](const Histories& other, const Histories& run, double tolerance) {
+    SolverStatistics s;
+    s.method = "bdf";
+    s.tolerance = tolerance;
+    s.steps = 1000;
+    estimate_time_error(other, run, s);
+    return std::tuple(s.error_estimate, s.notes.texts(Severity::warning).size(), s.notes.texts(Severity::note).size());
+  };
+  EXPECT_EQ(told(steady(-1e-8), steady(1e-9), 1e-12), std::tuple(-1.0, 0u, 1u));
+  const auto [small, no_warning, no_note] = told(steady(1e-12, 2e-9), steady(0.0, 2e-9), 1e-12);
+  EXPECT_NEAR(small, 1e-12 / 2e-9 / 3.0, 1e-5);
+  EXPECT_EQ(std::pair(no_warning, no_note), std::pair(size_t{0}, size_t{0}));
+  EXPECT_EQ(std::get<1>(told(steady(-1e-8), steady(1e-8), 1e-12)), 1u);
+  EXPECT_EQ(std::get<1>(told(steady(-1e-6), steady(1e-7), 1e-6)), 1u);
 }
 
 // A scene of one beam "b" with an output of three columns or of one, run as it is and ten thousand times tighter: true error, estimate.
