@@ -1,6 +1,7 @@
 #include "sim/run/left_out.h"
 
 #include "sim/bodies/normal_modes.h"
+#include "sim/dynamics/directions.h"
 #include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/kinematics.h"
 #include "sim/model/bodies.h"
@@ -470,7 +471,11 @@ void LeftOut::look(System& system, double t, const VecX& y) {
     pose_[f] = work_.frames[f].pose;
   }
   const VecX rest = outputs(nullptr);
-  for (Item& item : items_) follow(system, item, rest);
+  if (times_.size() == 1) {
+    const std::vector<Direction> free = independent_directions(system.model, system.work);
+    free_ = std::any_of(free.begin(), free.end(), [](const Direction& d) { return d.rate >= 0; });
+  }
+  for (Item& item : items_) follow(system, item, rest), follow_turning(system, item);
   follow_deformation(system);
   if (times_.size() % looks_a_vibration_look == 1) look_at_vibrations(system, t, y, rest);
 }
@@ -689,6 +694,19 @@ void LeftOut::compare_shown(const Item& item, double deformed, LeftOutWorth& fou
   found.column = "the deformation that pictures show";
 }
 
+namespace {
+
+// The place or angle that moves most, of its own size; else the first column.
+std::string turns_most(const Histories& run, const VecX& ranges) {
+  double most = 0.0;
+  std::string out = run.columns.front();
+  for (Eigen::Index c = 0; c < ranges.size(); ++c)
+    if ((run.units[c] == "m" || run.units[c].starts_with("rad")) && ranges[c] > most) most = ranges[c], out = run.columns[c];
+  return out;
+}
+
+}  // namespace
+
 std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest) const {
   std::vector<LeftOutWorth> out;
   if (items_.empty() || times_.empty()) return out;
@@ -762,6 +780,8 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
       found.share = share;
       found.column = run.columns[c];
     }
+    if (const double turned = turned_share(item, results); turned > found.share && !run.columns.empty())
+      found.share = turned, found.column = turns_most(run, ranges);
     if (item.failed) found.share = std::max(found.share, 1.0);
     compare_shown(item, deformed["m"], found);
     const double missing = std::accumulate(item.energy.begin(), item.energy.end(), 0.0);

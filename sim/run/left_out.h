@@ -64,6 +64,7 @@ class LeftOut {
     std::vector<double> energy, mass;  // a look: U, J; sum m d^2, kg m^2
     std::vector<double> slowing;       // a look: 1/2 of the work of what is of second order on the deflection, its size, J
     std::vector<double> pull;          // a look: integral of the section force that makes the strain, with its sign
+    std::vector<double> turning;       // a look, of shear: kinetic energy of the sections that turn with their beam about y and z, J
     double force = 0.0, moment = 0.0;  // the largest that makes it, N and Nm
     double reach = 0.0;                // largest displacement within a beam, m
   };
@@ -102,6 +103,9 @@ class LeftOut {
   void follow(const System& system, Item& item, const VecX& rest);
   void follow_deformation(const System& system);
   void look_at_vibrations(System& system, double t, const VecX& y, const VecX& rest);
+  void follow_turning(const System& system, Item& item) const;
+  // Share of an output that the sections' rotary inertia moves, as the mechanism turns with its beams.
+  double turned_share(const Item& item, const Results& results) const;
   double energy_without(const Item& item, const std::vector<BothEnds>& changes) const;
   // What an item moves the columns of the outputs by, in their units, as it slows the mechanism's vibrations down over so many seconds.
   VecX slowed_vibrations(size_t item, double duration) const;
@@ -138,6 +142,7 @@ class LeftOut {
   Reactions reactions_;
   std::vector<double> switches_;  // of loads and motions, s
   bool struck_ = false;           // a load comes or goes at once
+  bool free_ = false;             // something can move without deforming
   std::vector<char> sudden_;      // a look: loads switched since the one before
   std::vector<Vibrations> vibrations_;
   VecX farthest_ = VecX::Zero(3);                   // m, m/s, m/s^2: of what the vibrations move, at any look so far

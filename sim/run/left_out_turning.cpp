@@ -1,0 +1,50 @@
+// What the rotary inertia of sections, which comes with shear, does to a mechanism that turns with its beams.
+#include "sim/run/left_out.h"
+
+#include "sim/dynamics/directions.h"
+#include "sim/scene/section.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace flexframe::sim {
+
+void LeftOut::follow_turning(const System& system, Item& item) const {
+  if (item.effect != "shear") return;
+  double energy = 0.0;
+  for (const CutBeam& beam : sections_.beams()) {
+    if (std::find(item.bodies.begin(), item.bodies.end(), beam.body) == item.bodies.end()) continue;
+    const BeamDef& def = std::get<BeamDef>(scene_.bodies[beam.body].kind);
+    const Vec3 inertia = def.material.density * (beam.x.back() - beam.x.front()) * mass_moments(def.section);  // y, z, yz; kg m^2
+    const Vec3 w = system.work.parts[beam.part].V.tail<3>();
+    energy += 0.5 * (inertia[0] * w.y() * w.y() + inertia[1] * w.z() * w.z()) - inertia[2] * w.y() * w.z();
+  }
+  item.turning.push_back(energy);
+}
+
+// Inertia that lacks a share of all lets the mechanism turn faster: what falls is ahead by that share of its way, what is pushed once by
+// half. Ways add up where it goes to and fro. (Beam of 1.46 m and 0.07 m on a hinge, let go in space: 1.3e-3 of its range after 1 s, 2.1e-3
+// after 5 s, where 5.8e-4 of the inertia lacks and its way is 1 and 2.8 times its range.)
+double LeftOut::turned_share(const Item& item, const Results& results) const {
+  constexpr double most_seen = 2.0;
+  if (item.turning.empty() || !free_ || results.kinetic.size() == 0) return 0.0;
+  const double turning = *std::max_element(item.turning.begin(), item.turning.end()), all = results.kinetic.maxCoeff();
+  if (!(turning > 0.0) || !(all > 0.0)) return 0.0;
+  double ways = 1.0;
+  for (const int b : item.bodies)
+    for (const ResultBody& body : results.bodies) {
+      if (body.name != scene_.bodies[b].name) continue;
+      const auto at = [&](Eigen::Index i) {
+        return Quat(body.orientation(i, 0), body.orientation(i, 1), body.orientation(i, 2), body.orientation(i, 3)).normalized();
+      };
+      double way = 0.0, range = 0.0;
+      for (Eigen::Index i = 1; i < body.orientation.rows(); ++i) {
+        way += at(i).angularDistance(at(i - 1));
+        range = std::max(range, at(i).angularDistance(at(0)));
+      }
+      if (range > 0.0) ways = std::max(ways, way / range);
+    }
+  return std::min(1.0, most_seen * turning / all * ways);
+}
+
+}  // namespace flexframe::sim
