@@ -1,5 +1,6 @@
 """Static starts of beams that loads press near to buckling and beyond, with automatic effects, against the elastica by scipy: one frame's
 displacements at rest err by the more, the less stiffness the load leaves."""
+import json
 import math
 import pathlib
 
@@ -84,4 +85,22 @@ with temporary_folder() as name:
     y = elastica(1.0, lambda x, a: -(-100 * np.sin(a) + EI * np.cos(a)) / EI, clamped)[2, -1]
     near(h["p.y"][-1], y, 1e-2 * y, "pulled cantilever: tip")
     expect("large_bending switched on" not in says, f"pulled cantilever: {says}")
+
+    # Frequencies about such a state, beside ten volumes: the second is 3.7 % off, which `check` says.
+    text = simulation(0.01, start="static") + joint("w", "weld", "ground", "b") + output("p", "b.tip", "position")
+    text += force("force", "b.tip", direction=[-1, 0, 0], value=0.98 * pi**2 * EI / 4)
+    aside = force("force", "b.tip", direction=[0, 1, 0], value=0.04 * EI)
+
+    def checked(text):
+        (folder / "c.toml").write_text(text)
+        return json.loads(run("check", folder / "c.toml", "--json").stdout)
+
+    volumes = checked(text + aside + beam(1.0, 'model = "mixed"', "volumes = 10"))["modes"][1]["frequency"]
+    told = checked(text + aside + beam(1.0))
+    off = told["modes"][1]["frequency"] / volumes - 1
+    expect(off < 1e-2 or any("large_bending" in w for w in told["warnings"]), f"frequency off by {off:.3g}, nothing said")
+    exact = checked(text + aside + beam(1.0, 'effects = ["auto", "large_bending"]'))
+    near(exact["modes"][1]["frequency"], volumes, 1e-3 * volumes, "frequency about the bent state")
+    straight = checked(text + beam(1.0))
+    expect(not any("large_bending" in w for w in straight["warnings"]), f"a straight column: {straight['warnings']}")
 finish()
