@@ -6,6 +6,7 @@
 #include "sim/run/effect_report.h"
 #include "sim/run/model_check.h"
 #include "sim/start/make_system.h"
+#include "sim/start/statics.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -182,6 +183,15 @@ std::optional<Scene> with_stiffening(const Scene& scene, const std::vector<Effec
   return with_effects_on(scene, states, more);
 }
 
+// What a static start bends in its own frame.
+std::optional<Scene> with_large_bending(const Scene& scene, const std::vector<EffectState>& states, size_t body) {
+  const std::string& name = scene.bodies[body].name;
+  const bool off = std::any_of(states.begin(), states.end(),
+                               [&](const EffectState& s) { return s.owner == name && s.effect == "large_bending" && s.possible && !s.on; });
+  if (!off || !wants_statics(scene)) return std::nullopt;
+  return with_effect(scene, states, name, "large_bending", true);
+}
+
 std::optional<Scene> richer_beam(RicherBeams::By by, const Scene& scene, const std::vector<EffectState>& states, size_t body) {
   switch (by) {
     case RicherBeams::By::shapes:
@@ -190,6 +200,8 @@ std::optional<Scene> richer_beam(RicherBeams::By by, const Scene& scene, const s
       return with_shear_and_shapes(scene, states, body);
     case RicherBeams::By::stiffening:
       return with_stiffening(scene, states, body);
+    case RicherBeams::By::bending:
+      return with_large_bending(scene, states, body);
     case RicherBeams::By::further:
       break;
   }
@@ -227,6 +239,8 @@ std::string with_words(const RicherBeams& richer) {
       return "with shear and rotary inertia, which are off, and finer elements";
     case RicherBeams::By::stiffening:
       return "with what axial forces do to bending, which is off";
+    case RicherBeams::By::bending:
+      return "with large_bending, which is off";
     case RicherBeams::By::further:
       break;
   }
@@ -236,6 +250,7 @@ std::string with_words(const RicherBeams& richer) {
 const char* advice(const RicherBeams& richer, const Scene& scene) {
   if (richer.by == RicherBeams::By::further) return "add \"axial\" or \"torsion\" to 'effects'";
   if (richer.by == RicherBeams::By::stiffening) return "add \"stiffening\" to 'effects'";
+  if (richer.by == RicherBeams::By::bending) return "add \"large_bending\" to 'effects'";
   for (const BodyDef& b : scene.bodies) {
     if (b.name != richer.bodies.front()) continue;
     const BeamDef& beam = std::get<BeamDef>(b.kind);
@@ -397,7 +412,8 @@ VecX undamped_frequencies(const Linearisation& linear) {
 std::vector<RicherBeams> richer_beams(const System& system, Notes& notes) {
   std::vector<RicherBeams> out;
   bool too_many = false;
-  for (const RicherBeams::By by : {RicherBeams::By::shapes, RicherBeams::By::shear, RicherBeams::By::stiffening, RicherBeams::By::further})
+  for (const RicherBeams::By by :
+       {RicherBeams::By::shapes, RicherBeams::By::shear, RicherBeams::By::stiffening, RicherBeams::By::bending, RicherBeams::By::further})
     if (std::optional<RicherBeams> richer = richer_by(system, by, too_many)) out.push_back(std::move(*richer));
   if (too_many)
     notes.tell("", fmt::format("how right the frequencies are was not looked at: finer beams would have more than {} degrees of freedom",

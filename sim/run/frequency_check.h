@@ -18,7 +18,7 @@ namespace flexframe::sim {
 
 // The scene with a richer model of some of its beams.
 struct RicherBeams {
-  enum class By { shapes, shear, stiffening, further };
+  enum class By { shapes, shear, stiffening, bending, further };  // bending: large, of static starts
   By by = By::shapes;
   std::vector<std::string> bodies;
   bool few_shapes = false;  // of each beam only the lowest ones, which tell where they are slower, no more

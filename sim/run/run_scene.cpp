@@ -18,6 +18,7 @@
 #include "sim/run/model_check.h"
 #include "sim/run/open_reactions.h"
 #include "sim/run/passes.h"
+#include "sim/run/pressed_beams.h"
 #include "sim/run/second_run.h"
 #include "sim/run/stop_springs.h"
 #include "sim/run/time_error.h"
@@ -32,6 +33,7 @@
 #include <iterator>
 #include <optional>
 #include <set>
+#include <utility>
 
 namespace flexframe::sim {
 namespace {
@@ -156,6 +158,8 @@ Results simulate_at(std::optional<double> tolerance, const Scene& scene, const S
         !system.model.contacts.empty() || std::any_of(scene.joints.begin(), scene.joints.end(), [](const JointDef& j) { return j.stop; });
     bool touched = false;
     size_t sample = 0, next = 0, recorded = 0;
+    bool at_rest = judge && wants_statics(scene);
+    std::vector<PulledBeam> pulled;
     RunSpan span = whole_run(scene.simulation, times);
     const SolverStatistics statistics = integrate(
         system, options.method.value_or(scene.simulation.method), span, {options.progress, steps_allowed(scene, options), options.tell},
@@ -164,7 +168,8 @@ Results simulate_at(std::optional<double> tolerance, const Scene& scene, const S
           require_sample_closed(s, recorder.in_plane());
           ranges.look(s, t);
           const bool reactions = open.wants(recorded++, times.size()), judged = next < looks.size() && looks[next] == sample++;
-          if (recorder.in_plane() && (reactions || judged)) set_state(s, t, y.data(), false);
+          if (recorder.in_plane() && (reactions || judged || at_rest)) set_state(s, t, y.data(), false);
+          if (std::exchange(at_rest, false)) pulled = pulled_beams(s, t, y);
           if (reactions) open.look(s);
           if (judged) left_out->look(s, t, y), ++next;
           if (judged && strikes) touched = touched || !find_touched(s, t, y).empty();
@@ -185,6 +190,7 @@ Results simulate_at(std::optional<double> tolerance, const Scene& scene, const S
       for (LeftOutWorth& w : left_out->worth(results, wants_statics(scene)))
         if (!scene.outputs.empty() || w.share > 0.0) (is_deformation(w) ? alone.left_out : alone.to_measure).push_back(std::move(w));
     alone.limits = linear_limits(scene, system.model, results);
+    give_way(scene, pulled, results, alone.limits);
     alone.unstiffened = without_second_order(system.model, scene);
     return results;
   });
