@@ -62,6 +62,25 @@ def double_pendulum(folder):
         expect(len(summary["accuracy"]["chosen"]) == 1 and "as written" in summary["accuracy"]["chosen"][0], "a search was made")
 
 
+def thick_pendulum(folder):
+    # A beam on a hinge whose weight bends it by a micrometre: a rigid bar, whose sections' rotary inertia is worth 2e-3 after five seconds.
+    L, h, g = 1.46, 0.07, 2.9
+    pull = -g * L / 2 / (L * L / 3 + h * h / 12)
+    text = (
+        f"[simulation]\nduration = 5\noutput_rate = 50\ngravity = [0, {-g}, 0]\n"
+        f'[[body]]\nname = "bar"\nkind = "beam"\nlength = {L}\nsection = {{ shape = "rectangle", width = {h}, height = {h} }}\n'
+        "material = { density = 2700, youngs_modulus = 7e10, poisson = 0.3 }\nEFFECTS\n"
+        '[[joint]]\nname = "hinge"\nkind = "revolute"\nparent = "ground"\nchild = "bar.root"\ninitial = { value = -0.2 }\n'
+        '[[output]]\nname = "turn"\nof = "bar"\nquantity = "rotation"\n'
+    )
+    for asked, effects in ((1e-2, ""), (1e-3, ""), (1e-4, "effects = []")):
+        summary, h_ = ask(folder, text.replace("EFFECTS", effects), asked)
+        angle = solve_ivp(lambda _, y: [y[1], pull * np.cos(y[0])], (0, 5), [-0.2, 0], t_eval=h_["t"], rtol=1e-12, atol=1e-12).y[0]
+        error = np.abs(h_["turn.z"] - angle).max() / np.ptp(angle)
+        judge(f"thick pendulum {effects}", summary, error, asked)
+        expect(error <= max(5 * summary["accuracy"]["error"], 1e-5), f"{error:.2e} true, {summary['accuracy']['error']:.2e} told")
+
+
 def released_beam(folder):
     # A clamped beam under a force that comes at once: its vibrations have to be followed. Series of Euler and Bernoulli, tip's deflection
     # over the static one; slender, so that shear and rotary inertia are worth 3e-4.
@@ -613,6 +632,7 @@ run_parts(
     places_by_number,
     straight_whatever_is_asked,
     double_pendulum,
+    thick_pendulum,
     released_beam,
     tapered_at_rest,
     followed_vibrations,
