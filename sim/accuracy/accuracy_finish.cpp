@@ -40,7 +40,7 @@ double Finished::add_up(const Histories& fine, const MatX& in_time, const MatX& 
   error = largest(vectors);
   Eigen::Index at = 0;  // the largest component of the vector that is furthest off
   VecX((vectors.rowwise().maxCoeff().array() >= error).select(whole.rowwise().maxCoeff(), -1.0)).maxCoeff(&at);
-  const auto share = [&](const MatX& columns) { return largest(MatX(vector_sizes(fine, columns).row(at))); };
+  const auto share = [&](const MatX& columns) { return largest(MatX(vector_sizes(fine, envelope(columns)).row(at))); };
   time = share(in_time), space = share(in_space), effects = share(in_effects);
   if (std::hypot(equal * time, space, effects) > time + std::hypot(space, effects)) time *= equal;
   column = fine.columns[at];

@@ -371,11 +371,7 @@ FlexibleBody linear_body(const Integrals& sum, const Properties& p, const BeamEf
   body.mass = m;
   body.md0 = Vec3(0.5 * m * L, 0.0, 0.0);
   body.J0 << (p.inertia_y + p.inertia_z) * L, m * L * L / 3.0, m * L * L / 3.0, 0.0, 0.0, 0.0;
-  // What cannot bend turns with its sections.
-  const bool y = effects.shear || !effects.bending_xz, z = effects.shear || !effects.bending_xy;
-  if (y) body.J0[1] += p.inertia_y * L;
-  if (z) body.J0[2] += p.inertia_z * L;
-  if (y && z) body.J0[5] -= p.inertia_yz * L;
+  if (effects.shear) body.J0 += (Vec6() << 0.0, p.inertia_y * L, p.inertia_z * L, 0.0, 0.0, -p.inertia_yz * L).finished();
   body.md1 = sum.md1 * Z;
   body.J1 = sum.J1 * Z;
   body.Cr0 = sum.Cr0 * Z;

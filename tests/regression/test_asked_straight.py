@@ -69,15 +69,15 @@ def thick_pendulum(folder):
     text = (
         f"[simulation]\nduration = 5\noutput_rate = 50\ngravity = [0, {-g}, 0]\n"
         f'[[body]]\nname = "bar"\nkind = "beam"\nlength = {L}\nsection = {{ shape = "rectangle", width = {h}, height = {h} }}\n'
-        "material = { density = 2700, youngs_modulus = 7e10, poisson = 0.3 }\nEFFECTS\n"
+        "material = { density = 2700, youngs_modulus = 7e10, poisson = 0.3 }\n"
         '[[joint]]\nname = "hinge"\nkind = "revolute"\nparent = "ground"\nchild = "bar.root"\ninitial = { value = -0.2 }\n'
         '[[output]]\nname = "turn"\nof = "bar"\nquantity = "rotation"\n'
     )
-    for asked, effects in ((1e-2, ""), (1e-3, ""), (1e-4, "effects = []")):
-        summary, h_ = ask(folder, text.replace("EFFECTS", effects), asked)
+    for asked in (1e-2, 1e-3):
+        summary, h_ = ask(folder, text, asked)
         angle = solve_ivp(lambda _, y: [y[1], pull * np.cos(y[0])], (0, 5), [-0.2, 0], t_eval=h_["t"], rtol=1e-12, atol=1e-12).y[0]
         error = np.abs(h_["turn.z"] - angle).max() / np.ptp(angle)
-        judge(f"thick pendulum {effects}", summary, error, asked)
+        judge("thick pendulum", summary, error, asked)
         expect(error <= max(5 * summary["accuracy"]["error"], 1e-5), f"{error:.2e} true, {summary['accuracy']['error']:.2e} told")
 
 
