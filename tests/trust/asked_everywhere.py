@@ -140,8 +140,8 @@ def turned(a, b):
 
 
 def apart(truth, other, quantities):
-    """Largest difference over the outputs relative to an output's range; at the times that both have. Vectors as a whole; what stands still,
-    but for places, against the largest of its quantity. None: nothing is seen."""
+    """Largest difference over the outputs relative to an output's range; at the times that both have. Vectors as a whole; what stands
+    still, but for places, against its size. None: nothing is seen."""
     (t, b), (u, a) = truth, other
     at = np.clip(np.searchsorted(t, u), 1, len(t) - 1)
     at -= (abs(t[at - 1] - u) < abs(t[at] - u)).astype(int)
@@ -347,7 +347,7 @@ def rows_of(bench, case, args, asked):
 
 
 def by_volumes(bench, case, limit, finer, rows):
-    """What is told of bending in one frame a beam is not seen by a truth that has one frame too: volumes, where two numbers of them agree."""
+    """What is told of bending in one frame is not seen by a truth that has one frame too: volumes, where two numbers of them agree."""
     made = truths(bench, case, limit, True, finer)
     if len(made) < 2:
         return
