@@ -155,7 +155,9 @@ TEST_F(RenderMesh, ShellsLookOutwards) {
     const Shells shells = turn_shells_outwards(mesh);
     EXPECT_EQ(shells.turned, count);
     EXPECT_EQ(shells.closed, closed);
-    if (closed) EXPECT_NEAR(volume(mesh), wanted, 1e-12) << text;
+    if (closed) {
+      EXPECT_NEAR(volume(mesh), wanted, 1e-12) << text;
+    }
     for (size_t t = 0; t < mesh.triangles.size(); ++t)
       for (int k = 0; k < 3; ++k) EXPECT_EQ(mesh.point_position[static_cast<size_t>(mesh.triangle_points[t][k])], mesh.triangles[t][k]);
   };
