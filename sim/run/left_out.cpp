@@ -473,7 +473,8 @@ void LeftOut::look(System& system, double t, const VecX& y) {
   const VecX rest = outputs(nullptr);
   if (times_.size() == 1) {
     const std::vector<Direction> free = independent_directions(system.model, system.work);
-    free_ = std::any_of(free.begin(), free.end(), [](const Direction& d) { return d.rate >= 0; });
+    free_ = std::any_of(free.begin(), free.end(), [](const Direction& d) { return d.rate >= 0; }) &&
+            std::none_of(model_.parts.begin(), model_.parts.end(), [](const Part& p) { return p.joint.motion >= 0; });
   }
   for (Item& item : items_) follow(system, item, rest), follow_turning(system, item);
   follow_deformation(system);

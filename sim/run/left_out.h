@@ -142,7 +142,7 @@ class LeftOut {
   Reactions reactions_;
   std::vector<double> switches_;  // of loads and motions, s
   bool struck_ = false;           // a load comes or goes at once
-  bool free_ = false;             // something can move without deforming
+  bool free_ = false;             // something can move without deforming, and no motion is prescribed
   std::vector<char> sudden_;      // a look: loads switched since the one before
   std::vector<Vibrations> vibrations_;
   VecX farthest_ = VecX::Zero(3);                   // m, m/s, m/s^2: of what the vibrations move, at any look so far
