@@ -2,6 +2,7 @@
 
 #include "render/film/animation.h"
 #include "render/film/vertex_errors.h"
+#include "render/film/witnesses.h"
 #include "sim/accuracy/accuracy.h"
 #include "sim/accuracy/settings_memory.h"
 #include "sim/base/cpu_clock.h"
@@ -15,8 +16,6 @@
 #include <cmath>
 #include <limits>
 #include <memory>
-#include <numbers>
-#include <set>
 
 namespace flexframe::film {
 namespace {
@@ -36,146 +35,6 @@ constexpr double another_allowance = 1.5;
 constexpr int most_questions = 3;
 // An output that counts for nothing: any difference is none of its size.
 constexpr double beyond_measure = 1e300;
-constexpr const char* witness_prefix = "picture(";
-
-// A place of a body that the simulation is asked to keep.
-struct Witness {
-  sim::OutputDef output;
-  double allowed = 0.0;  // m, of a rotation rad
-};
-
-// How many times largest a body's elastic displacement is drawn, and how many pixels a metre of it has, at most over the film.
-struct BodySight {
-  double scale = 1.0, per_metre = 0.0;
-};
-
-std::vector<BodySight> sights(const Animation& animation) {
-  std::vector<BodySight> out(animation.bodies.size());
-  const sim::Results& results = *animation.results;
-  for (BodySight& body : out)
-    for (const double s : animation.scales) body.scale = std::max(body.scale, s);
-  for (const int k : looked_at(animation, pictures_looked_at)) {
-    const PictureViews views(animation, k);
-    const SamplePlace place = find_sample(results.times, picture_time(animation, k));
-    for (size_t b = 0; b < out.size(); ++b) {
-      const std::vector<glm::dvec3>& vertices = animation.bodies[b].mesh.positions;
-      if (!animation.bodies[b].visible) continue;
-      const glm::dmat4 pose = body_pose(results.bodies[b], place);
-      const size_t step = std::max<size_t>(1, vertices.size() / 100);
-      for (size_t i = 0; i < vertices.size(); i += step)
-        out[b].per_metre = std::max(out[b].per_metre, views.pixels_per_metre(glm::dvec3(pose * glm::dvec4(vertices[i], 1.0))));
-    }
-  }
-  return out;
-}
-
-// Corners of a rigid body's mesh farthest in three directions: with its origin they tell where it is.
-std::vector<sim::Vec3> far_corners(const BodyModel& model) {
-  std::vector<sim::Vec3> out;
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto least = std::max_element(model.mesh.positions.begin(), model.mesh.positions.end(),
-                                        [&](const glm::dvec3& a, const glm::dvec3& b) { return std::abs(a[axis]) < std::abs(b[axis]); });
-    if (least != model.mesh.positions.end()) out.emplace_back(least->x, least->y, least->z);
-  }
-  return out;
-}
-
-// x/length of the node nearest to a beam's middle, so that a place there changes no elements.
-double middle_of(const sim::BeamDef& beam) {
-  const int pieces = beam.model == sim::BeamModel::mixed ? beam.volumes * beam.elements : beam.elements;
-  const bool elements = beam.model == sim::BeamModel::finite_element || (beam.model == sim::BeamModel::mixed && beam.modes.empty());
-  const int before = pieces / 2;
-  return elements && pieces > 1 ? static_cast<double>(before) / pieces : 0.5;
-}
-
-// Names of places of the body, which it gets where it lacks them.
-std::vector<std::string> places_of(sim::BodyDef& body, const sim::ResultBody& result, const BodyModel& model) {
-  if (auto* rigid = std::get_if<sim::RigidDef>(&body.kind)) {
-    std::vector<std::string> out{""};
-    for (const sim::Vec3& corner : far_corners(model)) {
-      out.push_back(fmt::format("corner {} of the picture", out.size()));
-      rigid->frames[out.back()] = corner;
-    }
-    return out;
-  }
-  if (auto* beam = std::get_if<sim::BeamDef>(&body.kind)) {
-    const double middle = middle_of(*beam);
-    beam->frames["middle of the picture"] = middle;
-    return {"root", "middle of the picture", "tip"};
-  }
-  // Nodes far from each other.
-  std::vector<std::string> out{""};
-  std::set<size_t> chosen;
-  for (int axis = 0; axis < 3; ++axis) {
-    size_t low = 0, high = 0;
-    for (size_t n = 0; n < result.nodes.size(); ++n) {
-      if (result.nodes[n].origin[axis] < result.nodes[low].origin[axis]) low = n;
-      if (result.nodes[n].origin[axis] > result.nodes[high].origin[axis]) high = n;
-    }
-    if (!result.nodes.empty()) chosen.insert({low, high});
-  }
-  for (const size_t n : chosen) out.push_back(result.nodes[n].name);
-  return out;
-}
-
-// How far what is drawn of a beam lies from its axis at most, m.
-double girth(const sim::BeamDef& beam, const sim::ResultBody& result, const BodyModel& model) {
-  double out = std::sqrt(std::max(0.0, result.section.area) / std::numbers::pi);
-  for (const auto& loop : result.section.outline)
-    for (const Eigen::Vector2d& corner : loop) out = std::max(out, corner.norm());
-  if (!beam.axis)
-    for (const glm::dvec3& v : model.mesh.positions) out = std::max(out, std::hypot(v.y, v.z));
-  return out;
-}
-
-// Twist moves what lies beside a beam's axis, which no place on the axis tells: rotations of the middle and the tip against the root.
-// metres: what their vertices may be off.
-void add_twist(std::vector<Witness>& out, const sim::BodyDef& body, const sim::ResultBody& result, const BodyModel& model, double metres) {
-  const auto* beam = std::get_if<sim::BeamDef>(&body.kind);
-  const double radius = beam ? girth(*beam, result, model) : 0.0;
-  if (!(radius > 0.0)) return;
-  for (const char* place : {"middle of the picture", "tip"}) {
-    Witness w;
-    w.output.of = {body.name, place};
-    w.output.line = body.line;
-    w.output.quantity = sim::Quantity::rotation;
-    w.output.relative_to = sim::FrameRef{body.name, "root"};
-    w.output.name = fmt::format("{}twist of {}.{})", witness_prefix, body.name, place);
-    w.allowed = metres / radius;
-    out.push_back(w);
-  }
-}
-
-// All that is asked of the simulation; frames that it needs are added to the scene.
-std::vector<Witness> witnesses(sim::Scene& scene, const Animation& animation, bool pixels, double allowed) {
-  std::vector<Witness> out;
-  const sim::Results& results = *animation.results;
-  const std::vector<BodySight> sight = sights(animation);
-  for (size_t b = 0; b < results.bodies.size(); ++b) {
-    const auto body =
-        std::find_if(scene.bodies.begin(), scene.bodies.end(), [&](const sim::BodyDef& d) { return d.name == results.bodies[b].name; });
-    if (body == scene.bodies.end() || !animation.bodies[b].visible) continue;
-    if (pixels && sight[b].per_metre <= 0.0) continue;  // never seen
-    const double metres = pixels ? allowed / sight[b].per_metre : allowed;
-    const bool elastic = animation.bodies[b].flexible, exaggerated = elastic && sight[b].scale > 1.0;
-    for (const std::string& place : places_of(*body, results.bodies[b], animation.bodies[b])) {
-      Witness w;
-      w.output.of = {body->name, place};
-      w.output.line = body->line;
-      w.output.quantity = sim::Quantity::position;
-      w.output.name = fmt::format("{}{}{}{})", witness_prefix, body->name, place.empty() ? "" : ".", place);
-      w.allowed = exaggerated ? 0.5 * metres : metres;
-      out.push_back(w);
-      if (!exaggerated) continue;
-      w.output.quantity = sim::Quantity::displacement;
-      w.output.name = fmt::format("{}deflection of {}{}{})", witness_prefix, body->name, place.empty() ? "" : ".", place);
-      w.allowed = 0.5 * metres / (sight[b].scale - 1.0);
-      out.push_back(w);
-    }
-    if (elastic) add_twist(out, *body, results.bodies[b], animation.bodies[b], exaggerated ? 0.5 * metres / sight[b].scale : metres);
-  }
-  return out;
-}
 
 // The largest range of motion of a body's drawn points over a run, m.
 double largest_motion(const sim::Results& results) {
@@ -232,6 +91,14 @@ WayShares way_shares(const Animation& animation, const sim::Scene& scene, bool p
   return out;
 }
 
+// What the samples take where the pilot had `every` times as many. own: told by the run's own samples, which see what turns in between, but
+// nothing that comes and goes between two of them: there what the pilot tells counts. (The pilot's noise is seen by its samples, too.)
+double with_unseen(double own, double told, const Animation& pilot, int every) {
+  constexpr double resolved = 5.0;
+  const double truly = thinned_errors(pilot, every).metres, seen = sample_errors(pilot, 4 * pictures_looked_at, every).metres;
+  return truly > resolved * seen ? std::max(own, told) : own * std::max(1.0, seen > 0.0 ? truly / seen : 1.0);
+}
+
 // How many times as many samples the pilot has: up to four times, none where they are many.
 int pilot_samples(const sim::Scene& scene) {
   constexpr double enough = 2000.0, most = 4.0;
@@ -244,8 +111,6 @@ int finer_samples(double share, double allowed) {
   if (share <= most_by_samples * allowed) return 1;
   return std::min(1000, static_cast<int>(std::ceil(std::sqrt(share / (most_by_samples * allowed)))));
 }
-
-bool is_witness(const std::string& column) { return column.starts_with(witness_prefix); }
 
 // What the simulation is asked for: shares of the largest motion. An output that may be so many metres off has the size that makes them so.
 struct Question {
@@ -271,15 +136,18 @@ Question make_question(const sim::Scene& plain, const Animation& animation, bool
   return out;
 }
 
+bool is_witness(const std::string& column) { return column.starts_with(witness_prefix); }
+
 void drop_witnesses(sim::Results& results) {
   std::erase_if(results.outputs, [](const sim::ResultOutput& out) { return is_witness(out.column); });
   for (sim::ResultOutput& out : results.outputs) out.size = 0.0;
 }
 
-// found: what the search ended with.
+// found: what the search ended with; own: where that is kept.
 sim::Results answer(const Question& question, const sim::SimulateOptions& options, const sim::SettingsMemory* memory,
-                    const std::string& words, const std::shared_ptr<sim::RememberedSettings>& found) {
-  sim::SettingsMemory own;
+                    const std::string& words, const std::shared_ptr<sim::RememberedSettings>& found, sim::SettingsMemory& own) {
+  own = {};
+  *found = {};
   if (memory) {
     own = *memory;
     std::string text = memory->question + words;
@@ -290,6 +158,18 @@ sim::Results answer(const Question& question, const sim::SimulateOptions& option
   sim::Results results = sim::simulate_to_accuracy(question.scene, question.accuracy, options, &own);
   drop_witnesses(results);
   return results;
+}
+
+// What pictures show of the error that a run with these settings has, as a share of what is told of it, 0 to 1. error: as it is told, which
+// may count more than what outputs were judged by; unit: px or m that an error of 1 would be.
+double share_seen(const Animation& drawn, const Question& question, const sim::RememberedSettings& found, double error, double unit,
+                  bool pixels) {
+  if (!(error > 0.0)) return 1.0;
+  const double seen = seen_errors(drawn, question.places, found.errors, pixels), judged = found.errors.error;
+  if (seen < 0.0) return found.seen;  // settings of an earlier search
+  const double beside = error > judged ? std::sqrt(error * error - judged * judged) : 0.0;
+  const double less = error < judged ? error / judged : 1.0;
+  return std::min(1.0, std::hypot(less * seen, beside * unit) / (error * unit));
 }
 
 // Whether a place must be kept closer than it was asked for, or, where the answer missed, need not be kept so close.
@@ -332,7 +212,9 @@ sim::Results simulate_for_pictures(const sim::Scene& scene, const RenderSettings
     way.samples = asked.pixels ? between.pixels : between.metres;
   }
   std::vector<std::string> chosen;
+  int more_samples = 1;
   if (const int factor = finer_samples(way.samples, asked.value); factor > 1) {
+    more_samples = factor;
     plain.simulation.output_rate *= factor;
     way.samples /= static_cast<double>(factor) * factor;
     chosen.push_back(fmt::format("output_rate {:g}", plain.simulation.output_rate));
@@ -342,23 +224,29 @@ sim::Results simulate_for_pictures(const sim::Scene& scene, const RenderSettings
   o.tolerance.reset();
   o.accuracy.reset();
   const auto found = std::make_shared<sim::RememberedSettings>();
+  sim::SettingsMemory kept_in;
   Question question = make_question(plain, first, asked.pixels, for_simulation);
-  sim::Results results = answer(question, o, memory, asked.words, found);
+  sim::Results results = answer(question, o, memory, asked.words, found, kept_in);
   Animation drawn = make_animation(results, settings, &plain);
   for (int more = 0; more < most_questions - 1; ++more) {
     // The pilot may have had other effects, so that deformations are exaggerated more or less than it told.
     Question next = make_question(plain, drawn, asked.pixels, for_simulation);
     if (!asks_for_more(next, question, results.statistics.error_estimate > question.accuracy)) break;
     question = std::move(next);
-    results = answer(question, o, memory, asked.words, found);
+    results = answer(question, o, memory, asked.words, found, kept_in);
     drawn = make_animation(results, settings, &plain);
   }
 
   // Judged with the nodes and cameras of the run itself.
   const double accuracy = question.accuracy, unit = for_simulation / accuracy;
   WayShares last = way_shares(drawn, plain, asked.pixels);
-  last.samples = std::max(last.samples, way.samples);
-  const double others = std::max(0.0, results.statistics.error_estimate) * unit + last.map + last.raster;
+  if (more_samples < every) last.samples = with_unseen(last.samples, way.samples, first, (every + more_samples - 1) / more_samples);
+  if (const double seen = share_seen(drawn, question, *found, results.statistics.error_estimate, unit, asked.pixels); seen != found->seen) {
+    found->seen = seen;
+    if (kept_in.found) sim::remember_settings(kept_in, *found);
+  }
+  const double simulated = std::max(0.0, results.statistics.error_estimate) * unit * found->seen;
+  const double others = simulated + last.map + last.raster;
   const bool by_samples = results.statistics.accuracy && others < asked.value && others + last.samples > asked.value;
   if (const int factor = finer_samples(last.samples, asked.value); by_samples && factor > 1) {
     // It vibrates as the pilot's loose steps did not: the same run once more, with more samples.
@@ -379,7 +267,6 @@ sim::Results simulate_for_pictures(const sim::Scene& scene, const RenderSettings
   shares.raster = last.raster;
   shares.doubt = last.doubt;
   shares.body = last.map_body;
-  double simulated = 0.0;
   if (!s.accuracy) {
     // No search came to an end: the scene as it stands, of which only the error of time is known.
     s.accuracy.emplace();
@@ -388,10 +275,9 @@ sim::Results simulate_for_pictures(const sim::Scene& scene, const RenderSettings
     shares.doubt = "no setting was found, so that only the error of the time integration is known";
   }
   sim::AccuracyStatement& a = *s.accuracy;
-  simulated = std::max(0.0, s.error_estimate) * unit;
-  shares.time = a.time * unit;
-  shares.space = a.space * unit;
-  shares.effects = a.effects * unit;
+  shares.time = a.time * unit * found->seen;
+  shares.space = a.space * unit * found->seen;
+  shares.effects = a.effects * unit * found->seen;
   shares.total = simulated + shares.map + shares.samples + shares.raster;
   if (simulated >= shares.map && is_witness(a.column)) {
     const std::string column = a.column.substr(a.column.find('(') + 1);

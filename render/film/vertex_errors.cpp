@@ -41,12 +41,21 @@ double largest_scale(const Animation& animation, const BodyModel& model) {
   return model.ghost == GhostStyle::none && !animation.scales.empty() ? std::abs(animation.scales.front()) : out;
 }
 
-// Where the body's surroundings are seen largest: pixels a metre, of its undeformed vertices, thinned.
-double body_pixels_per_metre(const PictureViews& views, const BodyModel& model, const glm::dmat4& pose) {
-  double out = 0.0;
+// Where the body is seen largest, of its undeformed vertices, thinned: in the world.
+glm::dvec3 where_seen_largest(const PictureViews& views, const BodyModel& model, const glm::dmat4& pose) {
+  glm::dvec3 out(0.0);
+  double most = -1.0;
   const size_t n = model.mesh.positions.size(), step = std::max<size_t>(1, n / 200);
-  for (size_t i = 0; i < n; i += step) out = std::max(out, views.pixels_per_metre(placed(pose, model.mesh.positions[i])));
+  for (size_t i = 0; i < n; i += step) {
+    const glm::dvec3 at = placed(pose, model.mesh.positions[i]);
+    if (const double here = views.pixels_per_metre(at); here > most) most = here, out = at;
+  }
   return out;
+}
+
+// Pixels a metre there.
+double body_pixels_per_metre(const PictureViews& views, const BodyModel& model, const glm::dmat4& pose) {
+  return model.mesh.positions.empty() ? 0.0 : views.pixels_per_metre(where_seen_largest(views, model, pose));
 }
 
 // The results' body with the mesh of the animation, so that runs with other nodes are drawn on the same vertices.
@@ -104,6 +113,25 @@ double PictureViews::pixels_per_metre(const glm::dvec3& world) const {
     if (!seen(view, world, pixel)) continue;
     const double distance = view.orthographic ? 1.0 : std::max(-(view.view * glm::dvec4(world, 1.0)).z, view.near);
     out = std::max(out, 1.0 / (view.pixel * distance));
+  }
+  return out;
+}
+
+double PictureViews::moved(const glm::dvec3& world, const glm::dvec3& by) const {
+  constexpr double step = 0.1;  // px, so short that perspective does not count
+  double out = 0.0;
+  for (const render::ViewFrame& view : views_) {
+    glm::dvec2 here, there;
+    if (!seen(view, world, here)) continue;
+    const double distance = view.orthographic ? 1.0 : std::max(-(view.view * glm::dvec4(world, 1.0)).z, view.near);
+    const double h = step * view.pixel * distance;
+    glm::dvec2 sum(0.0);
+    for (int a = 0; a < 3; ++a) {
+      glm::dvec3 beside = world;
+      beside[a] += h;
+      if (render::project(view, beside, there)) sum += glm::abs(there - here) * (std::abs(by[a]) / h);
+    }
+    out = std::max(out, glm::length(sum));
   }
   return out;
 }
@@ -211,15 +239,24 @@ class DrawnPoints {
   double scale_;
 };
 
+// Every so manyth time and the last.
+sim::VecX thinned(const sim::VecX& times, int every) {
+  const Eigen::Index last = times.size() - 1;
+  sim::VecX out(last / every + 1 + (last % every > 0 ? 1 : 0));
+  for (Eigen::Index i = 0; i < out.size(); ++i) out[i] = times[std::min(i * every, last)];
+  return out;
+}
+
 }  // namespace
 
-VertexDistance sample_errors(const Animation& animation, int most) {
+VertexDistance sample_errors(const Animation& animation, int most, int every) {
   const sim::Results& results = *animation.results;
   VertexDistance out;
-  const Eigen::Index last = results.times.size() - 1;
+  const Eigen::Index end = results.times.size() - 1, last = end / every;
   if (last < 3) return out;
+  const sim::VecX times = thinned(results.times, every);
   for (const int k : looked_at(animation, most)) {
-    const SamplePlace place = find_sample(results.times, picture_time(animation, k));
+    const SamplePlace place = find_sample(times, picture_time(animation, k));
     if (place.share <= 0.0) continue;
     const PictureViews views(animation, k);
     const Eigen::Index i = std::clamp<Eigen::Index>(place.index, 1, last - 2);
@@ -228,15 +265,20 @@ VertexDistance sample_errors(const Animation& animation, int most) {
       const BodyModel& model = animation.bodies[b];
       const sim::ResultBody& body = results.bodies[b];
       if (!model.visible || model.mesh.positions.empty()) continue;
-      const double per_metre = body_pixels_per_metre(views, model, body_pose(body, place));
+      const glm::dmat4 pose = body_pose(body, {std::min(place.index * every, end), 0.0});
+      const glm::dvec3 nearest = where_seen_largest(views, model, pose);
       const DrawnPoints points(animation, model, body);
       const size_t step = std::max<size_t>(1, points.count() / 40);
       for (size_t p = 0; p < points.count(); p += step) {
         // What the samples at both sides are missed by where they are left out, which is twice as much of the acceleration.
-        const auto missed = [&](Eigen::Index s) { return points.between(p, s - 1, s + 1, 0.5) - points.between(p, s, s, 0.0); };
-        const glm::dvec3 bent = 0.5 * (missed(i) + missed(i + 1));
-        const double metres = weight * glm::length(bent);
-        out.widen(metres * per_metre, metres, k, b);
+        const auto missed = [&](Eigen::Index s) {
+          return points.between(p, (s - 1) * every, (s + 1) * every, 0.5) - points.between(p, s * every, s * every, 0.0);
+        };
+        const glm::dvec3 left = weight * missed(i), right = weight * missed(i + 1);
+        // What oscillates nearly as fast as the samples come has opposite signs at the two: no mean of vectors.
+        const double l = glm::dot(left, left), r = glm::dot(right, right);
+        const glm::dvec3 bent = l + r > 0.0 ? (l > r ? left : right) * std::sqrt(0.5 * (l + r) / std::max(l, r)) : left;
+        out.widen(views.moved(nearest, bent), glm::length(bent), k, b);
       }
     }
   }
@@ -250,8 +292,7 @@ VertexDistance thinned_errors(const Animation& animation, int every) {
   VertexDistance out;
   const Eigen::Index last = results.times.size() - 1;
   if (last < every) return out;
-  sim::VecX coarse(last / every + 1 + (last % every > 0 ? 1 : 0));
-  for (Eigen::Index i = 0; i < coarse.size(); ++i) coarse[i] = results.times[std::min(i * every, last)];
+  const sim::VecX coarse = thinned(results.times, every);
   const std::vector<int> pictures = looked_at(animation, most_pictures);
   for (size_t b = 0; b < results.bodies.size(); ++b) {
     const BodyModel& model = animation.bodies[b];

@@ -17,6 +17,9 @@ class PictureViews {
 
   // Pixels that a metre across the line of sight has at a world point, the most of all views; 0 where none of them sees the point.
   double pixels_per_metre(const glm::dvec3& world) const;
+  // Pixels that a world point moves by up to, if it moves along each axis of the world by up to so much to either side (m, small), the most
+  // of the views that see it.
+  double moved(const glm::dvec3& world, const glm::dvec3& by) const;
   // The largest distance in pixels of two world points over the views that see the first.
   double apart(const glm::dvec3& a, const glm::dvec3& b) const;
   // Where a world point is seen in the first view, from the upper left of the picture; the view's middle for one that is behind it.
@@ -49,7 +52,8 @@ std::vector<int> looked_at(const Animation& animation, int most);
 VertexDistance vertices_apart(const Animation& animation, const sim::Results& other, const sim::Scene* scene, int most);
 
 // What the samples' spacing takes from the motion between them: runs are drawn along straight lines between samples.
-VertexDistance sample_errors(const Animation& animation, int most);
+// every: as if the run had every so manyth sample only.
+VertexDistance sample_errors(const Animation& animation, int most, int every = 1);
 
 // The same told by a run of more samples, of which the other runs have every `every`-th: sees what moves between those alone. In all
 // pictures, at a few points of every body.

@@ -403,7 +403,7 @@ Results stated(Task& t, Finished found, const Searched& searched, const Settings
   }
   s.accuracy = out;
   if (memory) {
-    const RememberedSettings kept{found.scene, found.method, s, outputs_fingerprint(results)};
+    const RememberedSettings kept{found.scene, found.method, s, outputs_fingerprint(results), found.sizes};
     remember_settings(*memory, kept);
     if (memory->found) *memory->found = kept;
   }

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <string>
+#include <vector>
 
 namespace flexframe::sim {
 namespace {
@@ -18,18 +21,43 @@ MatX envelope(const MatX& m) {
   return out;
 }
 
+// The vector that each column is a component of, by number.
+std::vector<Eigen::Index> vectors_of(const Histories& h) {
+  std::map<std::string, Eigen::Index> known;
+  std::vector<Eigen::Index> out;
+  for (size_t k = 0; k < h.columns.size(); ++k) {
+    const std::string name = h.columns[k].substr(0, h.columns[k].rfind('.')) + "\n" + h.units[k];
+    out.push_back(known.try_emplace(name, static_cast<Eigen::Index>(known.size())).first->second);
+  }
+  return out;
+}
+
 // The size of each column's whole vector: an asked accuracy is one of vectors, whose components have one range (histories.h; a crane's boom
 // had 8.9e-3 in its worst component and 1.03e-2 as a vector).
 MatX vector_sizes(const Histories& h, const MatX& columns) {
-  MatX out = MatX::Zero(columns.rows(), columns.cols());
-  const auto vector_of = [&](Eigen::Index k) { return h.columns[k].substr(0, h.columns[k].rfind('.')) + "\n" + h.units[k]; };
-  for (Eigen::Index c = 0; c < out.rows(); ++c)
-    for (Eigen::Index k = 0; k < out.rows(); ++k)
-      if (vector_of(k) == vector_of(c)) out.row(c) += columns.row(k).cwiseAbs2();
-  return out.cwiseSqrt();
+  const std::vector<Eigen::Index> of = vectors_of(h);
+  MatX squares = MatX::Zero(columns.rows(), columns.cols()), out = squares;  // a vector a row; as many rows as are needed or more
+  for (Eigen::Index c = 0; c < out.rows(); ++c) squares.row(of[c]) += columns.row(c).cwiseAbs2();
+  for (Eigen::Index c = 0; c < out.rows(); ++c) out.row(c) = squares.row(of[c]).cwiseSqrt();
+  return out;
 }
 
 }  // namespace
+
+MatX left_out_by(const std::vector<Task::Share>& shares, const Histories& h) {
+  // What an effect does to outputs that it does not move itself, through the motion of the mechanism, at least.
+  constexpr double elsewhere = 0.2;
+  const Eigen::Index n = h.values.rows();
+  // Of a vector whose error is 1, each component.
+  const VecX alone = vector_sizes(h, MatX::Ones(n, 1)).col(0).cwiseInverse();
+  VecX out = VecX::Zero(n);
+  for (const Task::Share& share : shares)
+    out += share.columns.size() == n ? VecX(share.columns.cwiseMax(elsewhere * share.worth * alone)) : VecX(share.worth * alone);
+  // Where places of pictures are what is asked, the scene's own outputs have sizes beyond measure.
+  constexpr double beyond_measure = 1e250;
+  if (h.sizes.size() == n) out = (h.sizes.array() > beyond_measure).select(0.0, out);
+  return out.replicate(1, h.values.cols());
+}
 
 double Finished::add_up(const Histories& fine, const MatX& in_time, const MatX& in_space, const MatX& in_effects, double equal) {
   if (in_time.size() == 0) return error = 0.0;
@@ -38,6 +66,7 @@ double Finished::add_up(const Histories& fine, const MatX& in_time, const MatX& 
   const MatX whole = (rest + of_time).cwiseMax(squares.cwiseSqrt());
   const MatX vectors = vector_sizes(fine, whole);
   error = largest(vectors);
+  sizes = {fine.times, fine.columns, whole, error};
   Eigen::Index at = 0;  // the largest component of the vector that is furthest off
   VecX((vectors.rowwise().maxCoeff().array() >= error).select(whole.rowwise().maxCoeff(), -1.0)).maxCoeff(&at);
   const auto share = [&](const MatX& columns) { return largest(MatX(vector_sizes(fine, envelope(columns)).row(at))); };

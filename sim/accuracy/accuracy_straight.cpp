@@ -174,7 +174,7 @@ std::optional<Finished> Straight::finish_as_written() {
   f.looser = looser_;
   f.coarse = looser_;
   const Histories thinned = at_times(fine_, looser_.times);
-  const MatX none = MatX::Zero(thinned.values.rows(), thinned.values.cols()), left_out = constant_effects(thinned);
+  const MatX none = MatX::Zero(thinned.values.rows(), thinned.values.cols()), left_out = left_out_by(shares_, thinned);
   const auto exceeds = [&](double margin, const MatX& effects) {
     if (!t_.search.has_levels()) margin = 1.0;
     return f.add_up(thinned, margin * time_, std::min(margin, space_margin_) * space_, margin * effects) > t_.accuracy;

@@ -78,7 +78,7 @@ class Straight {
   bool judge_deformations(bool following);
   bool judge_effects(bool following = false);
   bool measure_effects(const std::optional<Method>& method, bool following);
-  void leave(const std::string& effect, const std::vector<std::string>& owners, double worth);
+  void leave(const Task::Share& share);
   void report_chosen(Finished& f) const;
   std::optional<Finished> finish_as_written();
   std::optional<Finished> follow_vibrations(double within);
@@ -95,7 +95,6 @@ class Straight {
   std::optional<Histories> loose_run(const Scene& scene, double tolerance, const System* start = nullptr);
   Verdict judge_time(const Scene& scene);
   bool look_tighter(const Scene& scene, const Histories& thinned, double change);
-  MatX constant_effects(const Histories& like) const;
 
   Task& t_;
   // Modes of bending that each beam keeps in these runs, with the static deflections of the rest, and the scene with them; 0: the scene as

@@ -32,7 +32,7 @@ bool Straight::judge_deformations(bool following) {
     if (t_.search.touches && w.possible && w.share > may_shift_events) return false;
     if (following && chosen_by_scene(w)) continue;
     if (w.share > 0.5 * t_.accuracy) return false;
-    if (decided(w)) leave(w.effect, w.owners, w.share);
+    if (decided(w)) leave({w.effect, w.owners, w.share, w.columns});
   }
   return true;
 }
@@ -50,9 +50,9 @@ bool Straight::decided(const LeftOutWorth& w) const {
   });
 }
 
-void Straight::leave(const std::string& effect, const std::vector<std::string>& owners, double worth) {
-  effects_ += worth;
-  shares_.push_back({effect, owners, worth});
+void Straight::leave(const Task::Share& share) {
+  effects_ += share.worth;
+  shares_.push_back(share);
 }
 
 // What the motion says of the effects that are off; those that a pair of runs tells better by one where they may decide.
@@ -89,7 +89,7 @@ bool Straight::measure_effects(const std::optional<Method>& method, bool followi
     // No less is told than half of what is true.
     if (following && chosen_by_scene(w)) continue;
     if (2.0 * w.share > 0.2 * t_.accuracy) measured.push_back(w.effect);
-    else if (decided(w)) leave(w.effect, w.owners, 2.0 * w.share);
+    else if (decided(w)) leave({w.effect, w.owners, 2.0 * w.share, 2.0 * w.columns});
   }
   // Forces that are read shift with what gives way inside.
   for (const LeftOutWorth& w : run_.left_out)
@@ -99,11 +99,9 @@ bool Straight::measure_effects(const std::optional<Method>& method, bool followi
   const NeglectCheck found = check_neglected(run_.scene, run_.effects, looser_, check);
   if (!found.untried.empty()) return false;
   for (const Neglected& n : found.found)
-    if (std::find(measured.begin(), measured.end(), n.effect) != measured.end()) leave(n.effect, n.owners, n.share);
+    if (std::find(measured.begin(), measured.end(), n.effect) != measured.end()) leave({n.effect, n.owners, n.share});
   return effects_ <= share_of_effects * t_.accuracy;
 }
-
-MatX Straight::constant_effects(const Histories& like) const { return MatX::Constant(like.values.rows(), like.values.cols(), effects_); }
 
 // What the scene's own list of effects leaves out, as a search would tell it of the run that it ends with.
 void Straight::report_chosen(Finished& f) const {

@@ -69,7 +69,7 @@ std::optional<Finished> Straight::followed(double within) const {
   for (const std::string& name : task.search.rigid_at(task.setting)) task.search.flexible.insert(name);
   task.coarse = task.loose = looser_;
   task.rigid = MatX::Zero(looser_.values.rows(), looser_.values.cols());
-  task.left_out = constant_effects(looser_);
+  task.left_out = left_out_by(shares_, looser_);
   task.shares = shares_;
   task.search.until = std::min(until_, work_seconds() + within);
   std::optional<Finished> f;

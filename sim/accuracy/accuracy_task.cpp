@@ -50,9 +50,7 @@ void Task::drop_shares_of_what_is_on() {
     });
   };
   if (std::erase_if(shares, is_on) == 0) return;
-  double sum = 0.0;
-  for (const Share& share : shares) sum += share.worth;
-  left_out.setConstant(sum);
+  if (left_out.rows() == coarse.values.rows()) left_out = left_out_by(shares, coarse).col(0).replicate(1, left_out.cols());
 }
 
 void Task::keep(const Finished& finished) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "sim/accuracy/accuracy_search.h"
+#include "sim/accuracy/settings_memory.h"
 #include "sim/run/judged_run.h"
 #include "sim/run/model_check.h"
 #include "sim/run/run_scene.h"
@@ -41,11 +42,12 @@ struct Task {
   // What is left out and what it would change, relative, columns x samples: stiff bodies' flexibility, effects of bodies.
   MatX rigid, left_out;
   std::vector<EffectState> without;
-  // Of effects that are off, where left_out is one number for all outputs: their sum.
+  // Of effects that are off, where left_out is their sum: by column, or where that is empty one number for all outputs.
   struct Share {
     std::string effect;
     std::vector<std::string> owners;
     double worth = 0.0;
+    VecX columns = {};
   };
   std::vector<Share> shares;
   // What the last run lacks and no setting brings: shear of sections without shear areas.
@@ -116,6 +118,7 @@ struct Finished {
   std::optional<JudgedRun> judged;             // where it went straight: the run, and what its motion says of effects
   Setting setting;
   Histories looser, coarse;  // at ten times the tolerance, one level below
+  ErrorSizes sizes;          // of all outputs, as add_up found them last
   double error = -1.0;       // of the output that is furthest off; negative: not known
   std::string column;
   double time = 0.0, space = 0.0, effects = 0.0;  // its parts
@@ -155,6 +158,9 @@ struct StraightRun {
   bool kept = true;                    // false: one that took so long that the effects it called for are not asked for again
 };
 std::optional<Finished> go_straight(Task& t, const Scene& as_given, std::optional<StraightRun>& left);
+
+// What these shares make of the outputs of h, at all times: columns x samples.
+MatX left_out_by(const std::vector<Task::Share>& shares, const Histories& h);
 
 // Settings that are tried for the run itself.
 inline constexpr int most_rounds = 14;

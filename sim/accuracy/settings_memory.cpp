@@ -121,6 +121,7 @@ RememberedSettings read_settings(const TomlValue& document, const std::string& f
   if (root.has("method")) out.method = static_cast<Method>(root.word("method", method_words()));
   if (!root.boolean("gravity", true)) out.scene.simulation.gravity.setZero();
   out.outputs = root.text("outputs");
+  out.seen = root.optional_number("seen").value_or(1.0);
   for (const TableReader& t : root.tables("body"))
     for (BodyDef& body : out.scene.bodies) {
       if (body.name != t.text("name")) continue;
@@ -215,6 +216,7 @@ void remember_settings(const SettingsMemory& memory, const RememberedSettings& s
   TomlValue root;
   toml_put(root, "question", toml_text(memory.question));
   toml_put(root, "outputs", toml_text(settings.outputs));
+  toml_put(root, "seen", toml_number(settings.seen));
   toml_put(root, "tolerance", toml_number(settings.scene.simulation.tolerance.value_or(default_tolerance)));
   if (settings.method) toml_put(root, "method", toml_text(method_words()[static_cast<size_t>(*settings.method)]));
   toml_put(root, "gravity", toml_truth(!settings.scene.simulation.gravity.isZero(0.0)));

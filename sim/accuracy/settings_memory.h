@@ -12,6 +12,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace flexframe::sim {
 
@@ -24,12 +25,22 @@ struct SettingsMemory {
   std::shared_ptr<RememberedSettings> found = nullptr;  // where given: filled with what the search ended with, also without a file
 };
 
+// Errors of a run by output and time, as its search tells them.
+struct ErrorSizes {
+  VecX times;
+  std::vector<std::string> columns;
+  MatX shares;         // columns x times, no signs: of the output's range, or of the size that it is given
+  double error = 0.0;  // the largest, of a whole vector
+};
+
 // What is kept of a search.
 struct RememberedSettings {
   Scene scene;  // with the settings in it
   std::optional<Method> method;
   SolverStatistics statistics;  // error estimate, statement, notes
   std::string outputs;          // SHA-256
+  ErrorSizes errors = {};       // not in the file
+  double seen = 1.0;            // where pictures were asked: what they show of the error, as a share of it
 };
 
 // Gives a scene what a search has chosen for another one with the same bodies: models, elements, modes and effects of bodies, tolerance.

@@ -766,6 +766,7 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
       double& most = size[vector_of(c)];
       most = std::max(most, error[c]);
     }
+    found.columns = VecX::Constant(static_cast<Eigen::Index>(columns_.size()), -1.0);
     for (size_t c = 0; c < columns_.size(); ++c) {
       const double most = size[vector_of(c)], known = ranges[static_cast<Eigen::Index>(c)],
                    range = sized(c) ? known : std::max({known, most, known == 0.0 ? deformed[run.units[c]] : 0.0});
@@ -777,14 +778,18 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
                                                     std::min(1.0, slower[static_cast<Eigen::Index>(c)] / range))
                                          : 0.0;
       const double share = error[c] / range + drifted;
+      if (columns_[c].row >= 0) found.columns[static_cast<Eigen::Index>(c)] = share;
       if (share <= found.share) continue;
       found.share = share;
       found.column = run.columns[c];
     }
+    const double by_looks = found.share;
     if (const double turned = turned_share(item, results); turned > found.share && !run.columns.empty())
       found.share = turned, found.column = turns_most(run, ranges);
     if (item.failed) found.share = std::max(found.share, 1.0);
     compare_shown(item, deformed["m"], found);
+    if (found.share > by_looks) found.columns.resize(0);
+    else found.columns = (found.columns.array() < 0.0).select(found.share, found.columns);
     const double missing = std::accumulate(item.energy.begin(), item.energy.end(), 0.0);
     if (unjudged && stored > 0.0 && missing > 0.0) found.inside = missing / (missing + stored);
     out.push_back(found);

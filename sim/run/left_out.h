@@ -38,6 +38,8 @@ struct LeftOutWorth {
   // Of a deformation: the largest displacement within a beam by it, m, and its share of the largest deformation, itself counted in. Where
   // pictures are what the run is made for, what is a third of the deformation or more counts by that share.
   double reach = 0.0, shown = 0.0;
+  // The share of every column of the outputs; empty: not known. What no look judges has the largest.
+  VecX columns = {};
 };
 
 class LeftOut {

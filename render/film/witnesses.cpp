@@ -1,0 +1,233 @@
+#include "render/film/witnesses.h"
+
+#include "render/film/vertex_errors.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <set>
+#include <utility>
+#include <variant>
+
+namespace flexframe::film {
+namespace {
+
+// Pictures that are looked at.
+constexpr int pictures_looked_at = 60;
+
+// How many times largest a body's elastic displacement is drawn, and how many pixels a metre of it has, at most over the film.
+struct BodySight {
+  double scale = 1.0, per_metre = 0.0;
+};
+
+std::vector<BodySight> sights(const Animation& animation) {
+  std::vector<BodySight> out(animation.bodies.size());
+  const sim::Results& results = *animation.results;
+  for (BodySight& body : out)
+    for (const double s : animation.scales) body.scale = std::max(body.scale, s);
+  for (const int k : looked_at(animation, pictures_looked_at)) {
+    const PictureViews views(animation, k);
+    const SamplePlace place = find_sample(results.times, picture_time(animation, k));
+    for (size_t b = 0; b < out.size(); ++b) {
+      const std::vector<glm::dvec3>& vertices = animation.bodies[b].mesh.positions;
+      if (!animation.bodies[b].visible) continue;
+      const glm::dmat4 pose = body_pose(results.bodies[b], place);
+      const size_t step = std::max<size_t>(1, vertices.size() / 100);
+      for (size_t i = 0; i < vertices.size(); i += step)
+        out[b].per_metre = std::max(out[b].per_metre, views.pixels_per_metre(glm::dvec3(pose * glm::dvec4(vertices[i], 1.0))));
+    }
+  }
+  return out;
+}
+
+// Corners of a rigid body's mesh farthest in three directions: with its origin they tell where it is.
+std::vector<sim::Vec3> far_corners(const BodyModel& model) {
+  std::vector<sim::Vec3> out;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto least = std::max_element(model.mesh.positions.begin(), model.mesh.positions.end(),
+                                        [&](const glm::dvec3& a, const glm::dvec3& b) { return std::abs(a[axis]) < std::abs(b[axis]); });
+    if (least != model.mesh.positions.end()) out.emplace_back(least->x, least->y, least->z);
+  }
+  return out;
+}
+
+// x/length of the node nearest to a beam's middle, so that a place there changes no elements.
+double middle_of(const sim::BeamDef& beam) {
+  const int pieces = beam.model == sim::BeamModel::mixed ? beam.volumes * beam.elements : beam.elements;
+  const bool elements = beam.model == sim::BeamModel::finite_element || (beam.model == sim::BeamModel::mixed && beam.modes.empty());
+  const int before = pieces / 2;
+  return elements && pieces > 1 ? static_cast<double>(before) / pieces : 0.5;
+}
+
+// Names of places of the body, which it gets where it lacks them.
+std::vector<std::string> places_of(sim::BodyDef& body, const sim::ResultBody& result, const BodyModel& model) {
+  if (auto* rigid = std::get_if<sim::RigidDef>(&body.kind)) {
+    std::vector<std::string> out{""};
+    for (const sim::Vec3& corner : far_corners(model)) {
+      out.push_back(fmt::format("corner {} of the picture", out.size()));
+      rigid->frames[out.back()] = corner;
+    }
+    return out;
+  }
+  if (auto* beam = std::get_if<sim::BeamDef>(&body.kind)) {
+    const double middle = middle_of(*beam);
+    beam->frames["middle of the picture"] = middle;
+    return {"root", "middle of the picture", "tip"};
+  }
+  // Nodes far from each other.
+  std::vector<std::string> out{""};
+  std::set<size_t> chosen;
+  for (int axis = 0; axis < 3; ++axis) {
+    size_t low = 0, high = 0;
+    for (size_t n = 0; n < result.nodes.size(); ++n) {
+      if (result.nodes[n].origin[axis] < result.nodes[low].origin[axis]) low = n;
+      if (result.nodes[n].origin[axis] > result.nodes[high].origin[axis]) high = n;
+    }
+    if (!result.nodes.empty()) chosen.insert({low, high});
+  }
+  for (const size_t n : chosen) out.push_back(result.nodes[n].name);
+  return out;
+}
+
+// How far what is drawn of a beam lies from its axis at most, m.
+double girth(const sim::BeamDef& beam, const sim::ResultBody& result, const BodyModel& model) {
+  double out = std::sqrt(std::max(0.0, result.section.area) / std::numbers::pi);
+  for (const auto& loop : result.section.outline)
+    for (const Eigen::Vector2d& corner : loop) out = std::max(out, corner.norm());
+  if (!beam.axis)
+    for (const glm::dvec3& v : model.mesh.positions) out = std::max(out, std::hypot(v.y, v.z));
+  return out;
+}
+
+// Twist moves what lies beside a beam's axis, which no place on the axis tells: rotations of the middle and the tip against the root.
+// metres: what their vertices may be off.
+// scale: how many times as large it is drawn.
+void add_twist(std::vector<Witness>& out, const sim::BodyDef& body, const sim::ResultBody& result, const BodyModel& model, size_t index,
+               double metres, double scale) {
+  const auto* beam = std::get_if<sim::BeamDef>(&body.kind);
+  const double radius = beam ? girth(*beam, result, model) : 0.0;
+  if (!(radius > 0.0)) return;
+  for (const char* place : {"middle of the picture", "tip"}) {
+    Witness w;
+    w.output.of = {body.name, place};
+    w.output.line = body.line;
+    w.output.quantity = sim::Quantity::rotation;
+    w.output.relative_to = sim::FrameRef{body.name, "root"};
+    w.output.name = fmt::format("{}twist of {}.{})", witness_prefix, body.name, place);
+    w.allowed = metres / radius;
+    w.drawn = radius * scale;
+    w.body = index;
+    w.place = place;
+    out.push_back(w);
+  }
+}
+
+}  // namespace
+
+std::vector<Witness> witnesses(sim::Scene& scene, const Animation& animation, bool pixels, double allowed) {
+  std::vector<Witness> out;
+  const sim::Results& results = *animation.results;
+  const std::vector<BodySight> sight = sights(animation);
+  for (size_t b = 0; b < results.bodies.size(); ++b) {
+    const auto body =
+        std::find_if(scene.bodies.begin(), scene.bodies.end(), [&](const sim::BodyDef& d) { return d.name == results.bodies[b].name; });
+    if (body == scene.bodies.end() || !animation.bodies[b].visible) continue;
+    if (pixels && sight[b].per_metre <= 0.0) continue;  // never seen
+    const double metres = pixels ? allowed / sight[b].per_metre : allowed;
+    const bool elastic = animation.bodies[b].flexible, exaggerated = elastic && sight[b].scale > 1.0;
+    for (const std::string& place : places_of(*body, results.bodies[b], animation.bodies[b])) {
+      Witness w;
+      w.output.of = {body->name, place};
+      w.output.line = body->line;
+      w.output.quantity = sim::Quantity::position;
+      w.output.name = fmt::format("{}{}{}{})", witness_prefix, body->name, place.empty() ? "" : ".", place);
+      w.allowed = exaggerated ? 0.5 * metres : metres;
+      w.body = b;
+      w.place = place;
+      out.push_back(w);
+      if (!exaggerated) continue;
+      w.output.quantity = sim::Quantity::displacement;
+      w.output.name = fmt::format("{}deflection of {}{}{})", witness_prefix, body->name, place.empty() ? "" : ".", place);
+      w.drawn = sight[b].scale - 1.0;
+      w.allowed = 0.5 * metres / w.drawn;
+      out.push_back(w);
+    }
+    const double scale = exaggerated ? sight[b].scale : 1.0;
+    if (elastic) add_twist(out, *body, results.bodies[b], animation.bodies[b], b, exaggerated ? 0.5 * metres / scale : metres, scale);
+  }
+  return out;
+}
+
+namespace {
+
+// The witnesses of one place and where their columns begin.
+struct Place {
+  std::vector<std::pair<const Witness*, Eigen::Index>> read;
+};
+
+// Points of a body's mesh in the world, thinned.
+std::vector<glm::dvec3> points_of(const BodyModel& model, const glm::dmat4& pose, size_t most) {
+  std::vector<glm::dvec3> out;
+  const std::vector<glm::dvec3>& vertices = model.mesh.positions;
+  const size_t step = std::max<size_t>(1, (vertices.size() + most - 1) / most);
+  for (size_t i = 0; i < vertices.size(); i += step) out.emplace_back(pose * glm::dvec4(vertices[i], 1.0));
+  return out;
+}
+
+// An error of a place at a time: along the axes of the world, and about itself, which may be seen from anywhere. m
+struct PlaceError {
+  glm::dvec3 moved{0.0};
+  double turned = 0.0;
+};
+
+PlaceError place_error(const Place& place, const sim::ErrorSizes& errors, Eigen::Index at, const glm::dmat4& pose) {
+  PlaceError out;
+  for (const auto& [witness, column] : place.read) {
+    glm::dvec3 e;
+    for (int a = 0; a < 3; ++a) e[a] = witness->drawn * witness->output.size * errors.shares(column + a, at);
+    if (witness->output.quantity == sim::Quantity::rotation) out.turned += glm::length(e);
+    else if (witness->output.quantity == sim::Quantity::position) out.moved += e;
+    else
+      for (int row = 0; row < 3; ++row)  // no signs are known
+        for (int a = 0; a < 3; ++a) out.moved[row] += std::abs(pose[a][row]) * e[a];
+  }
+  return out;
+}
+
+}  // namespace
+
+double seen_errors(const Animation& animation, const std::vector<Witness>& places, const sim::ErrorSizes& errors, bool pixels) {
+  constexpr size_t points_in_all = 2000, least_points = 2, most_points = 16;
+  const sim::Results& results = *animation.results;
+  if (errors.shares.cols() == 0 || errors.shares.cols() != errors.times.size()) return -1.0;
+  std::map<size_t, std::map<std::string, Place>> bodies;
+  for (const Witness& w : places) {
+    const auto column = std::find(errors.columns.begin(), errors.columns.end(), w.output.name + ".x");
+    if (column == errors.columns.end() || errors.columns.end() - column < 3) return -1.0;
+    bodies[w.body][w.place].read.emplace_back(&w, column - errors.columns.begin());
+  }
+  const size_t points = std::clamp(points_in_all / std::max<size_t>(1, bodies.size()), least_points, most_points);
+  double out = 0.0;
+  for (const int k : looked_at(animation, pictures_looked_at)) {
+    const PictureViews views(animation, k);
+    const double t = picture_time(animation, k);
+    const SamplePlace sample = find_sample(results.times, t), at = find_sample(errors.times, t);
+    const Eigen::Index nearest = std::min(at.index + (at.share > 0.5 ? 1 : 0), errors.times.size() - 1);
+    for (const auto& [b, of_body] : bodies) {
+      const glm::dmat4 pose = body_pose(results.bodies[b], sample);
+      const std::vector<glm::dvec3> seen_from = points_of(animation.bodies[b], pose, points);
+      for (const auto& [name, place] : of_body) {
+        const PlaceError error = place_error(place, errors, nearest, pose);
+        if (!pixels) out = std::max(out, glm::length(error.moved) + error.turned);
+        else
+          for (const glm::dvec3& p : seen_from) out = std::max(out, views.moved(p, error.moved) + error.turned * views.pixels_per_metre(p));
+      }
+    }
+  }
+  return out;
+}
+
+}  // namespace flexframe::film
