@@ -16,6 +16,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <numbers>
 
 namespace flexframe::film {
 namespace {
@@ -33,6 +34,8 @@ constexpr double counts_for_scale = 0.3;
 // A search more where a place may be off by so many times more or less than it was asked for, and as many searches at most.
 constexpr double another_allowance = 1.5;
 constexpr int most_questions = 3;
+// By which what a place may be off is less than what a picture may: components add as squares.
+constexpr double places_add_up = std::numbers::sqrt2;
 // An output that counts for nothing: any difference is none of its size.
 constexpr double beyond_measure = 1e300;
 
@@ -122,7 +125,7 @@ struct Question {
 Question make_question(const sim::Scene& plain, const Animation& animation, bool pixels, double for_simulation) {
   Question out;
   out.scene = plain;
-  out.places = witnesses(out.scene, animation, pixels, for_simulation / std::sqrt(2.0));
+  out.places = witnesses(out.scene, animation, pixels, for_simulation / places_add_up);
   for (sim::OutputDef& output : out.scene.outputs) output.size = beyond_measure;
   double least = std::numeric_limits<double>::infinity();
   for (const Witness& w : out.places)
@@ -167,9 +170,10 @@ double share_seen(const Animation& drawn, const Question& question, const sim::R
   if (!(error > 0.0)) return 1.0;
   const double seen = seen_errors(drawn, question.places, found.errors, pixels), judged = found.errors.error;
   if (seen < 0.0) return found.seen;  // settings of an earlier search
-  const double beside = error > judged ? std::sqrt(error * error - judged * judged) : 0.0;
+  // Where it is more it is of no place in particular: a place may be wrong by so much in one direction.
+  const double beside = error > judged ? std::sqrt(error * error - judged * judged) * unit / places_add_up : 0.0;
   const double less = error < judged ? error / judged : 1.0;
-  return std::min(1.0, std::hypot(less * seen, beside * unit) / (error * unit));
+  return std::min(1.0, std::hypot(less * seen, beside) / (error * unit));
 }
 
 // Whether a place must be kept closer than it was asked for, or, where the answer missed, need not be kept so close.

@@ -92,24 +92,36 @@ std::vector<std::string> places_of(sim::BodyDef& body, const sim::ResultBody& re
   return out;
 }
 
-// How far what is drawn of a beam lies from its axis at most, m.
-double girth(const sim::BeamDef& beam, const sim::ResultBody& result, const BodyModel& model) {
-  double out = std::sqrt(std::max(0.0, result.section.area) / std::numbers::pi);
+// How far what is drawn of a beam lies from its axis at most, m: along y and z of its sections, and in all.
+struct Girth {
+  glm::dvec2 along{0.0};
+  double radius = 0.0;
+};
+
+Girth girth(const sim::BeamDef& beam, const sim::ResultBody& result, const BodyModel& model) {
+  Girth out;
+  out.radius = std::sqrt(std::max(0.0, result.section.area) / std::numbers::pi);
+  out.along = glm::dvec2(out.radius);
+  const auto widen = [&](double y, double z) {
+    out.radius = std::max(out.radius, std::hypot(y, z));
+    out.along = glm::max(out.along, glm::abs(glm::dvec2(y, z)));
+  };
+  if (!result.section.outline.empty()) out.along = glm::dvec2(0.0);
   for (const auto& loop : result.section.outline)
-    for (const Eigen::Vector2d& corner : loop) out = std::max(out, corner.norm());
-  if (!beam.axis)
-    for (const glm::dvec3& v : model.mesh.positions) out = std::max(out, std::hypot(v.y, v.z));
+    for (const Eigen::Vector2d& corner : loop) widen(corner.x(), corner.y());
+  if (beam.axis) out.along = glm::dvec2(out.radius);  // its sections have axes of their own
+  else
+    for (const glm::dvec3& v : model.mesh.positions) widen(v.y, v.z);
   return out;
 }
 
 // Twist moves what lies beside a beam's axis, which no place on the axis tells: rotations of the middle and the tip against the root.
-// metres: what their vertices may be off.
-// scale: how many times as large it is drawn.
+// metres: what their vertices may be off; scale: how many times as large it is drawn.
 void add_twist(std::vector<Witness>& out, const sim::BodyDef& body, const sim::ResultBody& result, const BodyModel& model, size_t index,
                double metres, double scale) {
   const auto* beam = std::get_if<sim::BeamDef>(&body.kind);
-  const double radius = beam ? girth(*beam, result, model) : 0.0;
-  if (!(radius > 0.0)) return;
+  const Girth beside = beam ? girth(*beam, result, model) : Girth{};
+  if (!(beside.radius > 0.0)) return;
   for (const char* place : {"middle of the picture", "tip"}) {
     Witness w;
     w.output.of = {body.name, place};
@@ -117,8 +129,9 @@ void add_twist(std::vector<Witness>& out, const sim::BodyDef& body, const sim::R
     w.output.quantity = sim::Quantity::rotation;
     w.output.relative_to = sim::FrameRef{body.name, "root"};
     w.output.name = fmt::format("{}twist of {}.{})", witness_prefix, body.name, place);
-    w.allowed = metres / radius;
-    w.drawn = radius * scale;
+    w.allowed = metres / beside.radius;
+    w.drawn = scale;
+    w.beside = beside.along;
     w.body = index;
     w.place = place;
     out.push_back(w);
@@ -177,22 +190,20 @@ std::vector<glm::dvec3> points_of(const BodyModel& model, const glm::dmat4& pose
   return out;
 }
 
-// An error of a place at a time: along the axes of the world, and about itself, which may be seen from anywhere. m
-struct PlaceError {
-  glm::dvec3 moved{0.0};
-  double turned = 0.0;
-};
-
-PlaceError place_error(const Place& place, const sim::ErrorSizes& errors, Eigen::Index at, const glm::dmat4& pose) {
-  PlaceError out;
+// An error of a place at a time along the axes of the world, m, no signs.
+glm::dvec3 place_error(const Place& place, const sim::ErrorSizes& errors, Eigen::Index at, const glm::dmat4& pose) {
+  glm::dvec3 out(0.0);
   for (const auto& [witness, column] : place.read) {
     glm::dvec3 e;
     for (int a = 0; a < 3; ++a) e[a] = witness->drawn * witness->output.size * errors.shares(column + a, at);
-    if (witness->output.quantity == sim::Quantity::rotation) out.turned += glm::length(e);
-    else if (witness->output.quantity == sim::Quantity::position) out.moved += e;
-    else
-      for (int row = 0; row < 3; ++row)  // no signs are known
-        for (int a = 0; a < 3; ++a) out.moved[row] += std::abs(pose[a][row]) * e[a];
+    if (witness->output.quantity == sim::Quantity::position) {
+      out += e;
+      continue;
+    }
+    const glm::dvec2 r = witness->beside;
+    if (witness->output.quantity == sim::Quantity::rotation) e = {e.y * r.y + e.z * r.x, e.x * r.y, e.x * r.x};
+    for (int row = 0; row < 3; ++row)
+      for (int a = 0; a < 3; ++a) out[row] += std::abs(pose[a][row]) * e[a];
   }
   return out;
 }
@@ -220,10 +231,10 @@ double seen_errors(const Animation& animation, const std::vector<Witness>& place
       const glm::dmat4 pose = body_pose(results.bodies[b], sample);
       const std::vector<glm::dvec3> seen_from = points_of(animation.bodies[b], pose, points);
       for (const auto& [name, place] : of_body) {
-        const PlaceError error = place_error(place, errors, nearest, pose);
-        if (!pixels) out = std::max(out, glm::length(error.moved) + error.turned);
+        const glm::dvec3 error = place_error(place, errors, nearest, pose);
+        if (!pixels) out = std::max(out, glm::length(error));
         else
-          for (const glm::dvec3& p : seen_from) out = std::max(out, views.moved(p, error.moved) + error.turned * views.pixels_per_metre(p));
+          for (const glm::dvec3& p : seen_from) out = std::max(out, views.moved(p, error));
       }
     }
   }

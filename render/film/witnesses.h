@@ -15,7 +15,8 @@ namespace flexframe::film {
 struct Witness {
   sim::OutputDef output;
   double allowed = 0.0;  // m, of a rotation rad
-  double drawn = 1.0;    // times as large it is drawn; of a rotation m, the distance from the axis of what is drawn times that
+  double drawn = 1.0;    // times as large it is drawn
+  glm::dvec2 beside{0.0};  // m, of a rotation: how far what is drawn lies from the axis, along y and z of the sections
   size_t body = 0;       // of the animation
   std::string place;
 };
