@@ -278,6 +278,12 @@ def told_of(summary, asked, case):
     return p["total"] - p["raster"] - (0.0 if case.beams else p["map"])
 
 
+def leaves_out_by_hand(case, notes):
+    """Whether the run is told to lack an effect that its scene leaves out: its truth has none either."""
+    chosen = any("without" in b or b.get("effects", "auto") != "auto" for b in case.beams)
+    return chosen and any(re.match(r"\w+ of .* left out(: [0-9]|, but)", words) for words in notes)
+
+
 def rows_of(bench, case, args, asked):
     """A row for each question: {scene, kind, asked, told, true, unsure, verdict, cpu, hand, by, said}."""
     rows, runs, far = [], {}, False
@@ -289,6 +295,7 @@ def rows_of(bench, case, args, asked):
             row["verdict"] = "refused" if code in (1, 2) else "slow" if code == -signal.SIGXCPU or cpu > args.limit - 2 else "broken"
         else:
             row["told"], row["said"] = told_of(summary, a, case), summary["warnings"][:3]
+            row["by_hand"] = leaves_out_by_hand(case, summary["warnings"] + summary["notes"])
             words = " ".join(summary["warnings"] + summary["accuracy"].get("chosen", []))
             far = far or "volumes" in words or "linear displacements" in words
         rows.append(row)
@@ -358,6 +365,8 @@ def by_volumes(bench, case, limit, finer, rows):
         error, unsure = bench.error("truth", f"asked{n}", a, case), bench.error("truth", "second", a, case)
         if row["true"] < error <= float(a.split()[0]) and unsure < 0.25 * error:
             row.update(true=error, unsure=unsure, truth=made[0])
+        elif error <= float(a.split()[0]):
+            row["bent"] = error + unsure  # no more is known
 
 
 def estimate(row):
@@ -370,6 +379,8 @@ def estimate(row):
     floor = max(NOTHING * float(row["asked"].split()[0]), 2 * (row.get("unsure") or 0.0))
     if max(told, true) <= floor or told / FACTOR <= true <= told * FACTOR:
         return "kept"
+    if true < told and (row.get("by_hand") or row.get("bent", 0.0) >= told / FACTOR):
+        return None
     return "too large" if true < told else "too small"
 
 
