@@ -8,7 +8,9 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
+#include <functional>
 #include <map>
 #include <optional>
 #include <sstream>
@@ -84,6 +86,18 @@ class Help final : public CLI::Formatter {
 
 void say_range(CLI::Option* option, const std::string& words) { option->description(option->get_description() + "; " + words); }
 
+// Comparisons are all false for NaN: what holds is asked, not what is broken.
+template <class Number>
+CLI::Validator number_check(const std::string& words, std::function<bool(Number)> holds) {
+  return CLI::Validator(
+      [words, holds](std::string& text) {
+        Number value{};
+        if (CLI::detail::lexical_cast(text, value) && std::isfinite(static_cast<double>(value)) && holds(value)) return std::string();
+        return fmt::format("must be {}, found {}", words, sim::quote(text));
+      },
+      "");
+}
+
 // A check whose words stand in the description already.
 CLI::Validator silent(CLI::Validator check) {
   check.description("");
@@ -114,24 +128,26 @@ Option& Option::required() {
 }
 
 Option& Option::range(int low, int high) {
-  option_->check(silent(CLI::Range(low, high)));
-  say_range(option_, high >= 1 << 30 ? fmt::format("{} or more", low) : fmt::format("{} to {}", low, high));
+  const std::string words = high >= 1 << 30 ? fmt::format("{} or more", low) : fmt::format("{} to {}", low, high);
+  option_->check(number_check<int>("a whole number, " + words, [low, high](int v) { return v >= low && v <= high; }));
+  say_range(option_, words);
   return *this;
 }
 
 Option& Option::range(double low, double high) {
-  option_->check(silent(CLI::Range(low, high)));
-  say_range(option_, fmt::format("{} to {}", number_words(low), number_words(high)));
+  const std::string words = fmt::format("{} to {}", number_words(low), number_words(high));
+  option_->check(number_check<double>(words, [low, high](double v) { return v >= low && v <= high; }));
+  say_range(option_, words);
   return *this;
 }
 
 Option& Option::positive() {
-  option_->check(silent(CLI::PositiveNumber));
+  option_->check(number_check<double>("a number above 0", [](double v) { return v > 0.0; }));
   return *this;
 }
 
 Option& Option::not_negative() {
-  option_->check(silent(CLI::NonNegativeNumber));
+  option_->check(number_check<double>("0 or more", [](double v) { return v >= 0.0; }));
   return *this;
 }
 
