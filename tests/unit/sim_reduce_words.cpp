@@ -82,6 +82,23 @@ TEST(ReduceWords, BlanksOfDirections) {
   EXPECT_EQ(m.materials.back().youngs_modulus, 2e11);
 }
 
+// A keyword line that ends with a comma goes on in Abaqus, not in CalculiX; comments, blank lines and tabs between words mean nothing.
+TEST(ReduceWords, KeywordsOfSeveralLines) {
+  const std::string section = "*SHELL SECTION,ELSET=E,MATERIAL=S\n.01\n", plain = strip(section);
+  for (const char* between : {"\n", "\n** of steel\n", "\n\n  \n", "\n** a\n\n** b, c\n"})
+    same(strip("*SHELL SECTION,ELSET=E," + std::string(between) + "MATERIAL=S\n.01\n"), plain, between);
+  same(strip("*SHELL SECTION,\nELSET=E,\n** of steel\nMATERIAL=S\n.01\n"), plain, "three lines");
+  same(strip("*SHELL\tSECTION\t,\tELSET\t=\tE,MATERIAL=S\t\n\t.01\n"), plain, "tabs");
+  same(strip("*SHELL SECTION,ELSET=E,MATERIAL=S,\n.01\n"), plain, "a comma behind the last parameter, then data");
+  const std::string masses = "*ELEMENT,TYPE=MASS,ELSET=P\n100,21\n*MASS,ELSET=P,\n3.\n";
+  same(strip(section + masses), strip(section + "*ELEMENT,TYPE=MASS,ELSET=P\n100,21\n*MASS,ELSET=P\n3.\n"), "then a number");
+  same(strip(section, "*BOUNDARY,\n** held too\n4,1,6\n"), strip(section, "*BOUNDARY\n4,1,6\n"), "then nodes");
+  same(strip(section, "*NSET,NSET=Q,\n19,20\n*BOUNDARY,\nQ,3,3\n"), strip(section, "*BOUNDARY\n19,3,3\n20,3,3\n"), "then a set");
+  same(strip(section, "*NSET,NSET=Q,\nGENERATE\n19,21\n*BOUNDARY\nQ,3,3\n"), strip(section, "*BOUNDARY\n19,3,3\n20,3,3\n21,3,3\n"),
+       "then a parameter without a value");
+  same(strip(section, "*NSET,NSET=Q,\n*NSET,NSET=R\n19\n*BOUNDARY\nR,3,3\n"), strip(section, "*BOUNDARY\n19,3,3\n"), "then a keyword");
+}
+
 TEST(ReduceWords, SetsOfElementsNodes) {
   const std::string hold = "*BOUNDARY\nHELD,3,3\n1,1,6\n", by_numbers = "*NSET,NSET=HELD,GENERATE\n1,9\n";
   same(frame("*NSET,NSET=HELD,ELSET=FIRST\n", "0.,.1,1.", hold), frame(by_numbers, "0.,.1,1.", hold), "ELSET of another name");
