@@ -468,6 +468,28 @@ void draw_leader(Sheet& image, const std::array<glm::dvec2, 2>& line, const glm:
   fill_disc(image, at.x, at.y, std::max(1.6, 2.6 * unit), hidden ? rim : ink);
 }
 
+// What stands in the upper left corner of an inset.
+struct Caption {
+  std::string text;  // empty: there is no room
+  double size = 0.0, line = 0.0;
+  Box box{0.0, 0.0, 0.0, 0.0};
+};
+
+// A long label is cut; how much larger the inset is stays.
+Caption caption_of(const Picture& picture, const Layout& layout, std::size_t i) {
+  const Inset& inset = picture.insets[i];
+  const PixelRect& r = layout.magnified[i];
+  Caption out;
+  out.line = std::max(1.0, std::round(1.3 * layout.unit));
+  out.size = std::max(9.0, 12.5 * layout.unit * picture.overlay.text_scale);
+  const double gap = 0.5 * out.size, room = r.width - 2.0 * gap - 2.0 * out.line;
+  const std::string scale = scale_text(inset.zoom);
+  const std::string label = inset.label.empty() ? "" : fit_text(inset.label, out.size, room - text_width(", " + scale, out.size));
+  out.text = label.empty() ? fit_text(scale, out.size, room) : label + ", " + scale;
+  out.box = Box(r.x + out.line, r.y + out.line, text_width(out.text, out.size) + 2.0 * gap, cap_height(out.size) + 2.0 * gap);
+  return out;
+}
+
 template <class Sheet>
 void draw_labels(Sheet& image, const Picture& picture, const SceneBelow& below, const Layout& layout) {
   std::vector<glm::dvec4> taken;
@@ -490,7 +512,13 @@ void draw_labels(Sheet& image, const Picture& picture, const SceneBelow& below, 
   for (std::size_t view = 0; view < below.frames.size(); ++view) {
     const ViewFrame& frame = below.frames[view];
     const bool inset = view >= layout.views.size();
-    if (view == layout.views.size()) taken.clear();
+    if (view == layout.views.size()) {
+      taken.clear();
+      for (std::size_t i = 0; i < layout.magnified.size() && i < picture.insets.size(); ++i) {
+        const Box box = caption_of(picture, layout, i).box;
+        taken.emplace_back(box.x, box.y, box.x + box.width, box.y + box.height);
+      }
+    }
     draw_dimensions(image, picture, frame, layout, taken);
     for (std::size_t k = 0; k < picture.labels.size(); ++k) {
       const Label& label = picture.labels[k];
@@ -556,12 +584,11 @@ void draw_insets(Sheet& image, const Picture& picture, const Layout& layout, std
       }
     }
     draw_frame(image, box_of(r), line, {ink.strong, 0.8f});
-    const double size = std::max(9.0, 12.5 * layout.unit * picture.overlay.text_scale), h = cap_height(size), gap = 0.5 * size;
-    const std::string text =
-        fit_text(inset.label.empty() ? scale_text(inset.zoom) : inset.label + ", " + scale_text(inset.zoom), size, r.width - 2.0 * gap);
-    if (text.empty()) continue;
-    fill_rectangle(image, Box(r.x + line, r.y + line, text_width(text, size) + 2.0 * gap, h + 2.0 * gap), {ink.panel, 0.75f});
-    draw_text(image, {r.x + line + gap, r.y + line + gap + h}, text, size, ink.strong);
+    const Caption caption = caption_of(picture, layout, i);
+    if (caption.text.empty()) continue;
+    fill_rectangle(image, caption.box, {ink.panel, 0.75f});
+    const double gap = 0.5 * caption.size;
+    draw_text(image, {caption.box.x + gap, caption.box.y + gap + cap_height(caption.size)}, caption.text, caption.size, ink.strong);
   }
 }
 
