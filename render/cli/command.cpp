@@ -14,6 +14,7 @@
 #include <map>
 #include <optional>
 #include <sstream>
+#include <string_view>
 #include <type_traits>
 #include <vector>
 
@@ -102,6 +103,19 @@ CLI::Validator number_check(const std::string& words, std::function<bool(Number)
 CLI::Validator silent(CLI::Validator check) {
   check.description("");
   return check;
+}
+
+// CLI11's sentences of options that are given too often or without what follows them: "--size: At Most 1 required but received 2",
+// "--size: 1 required WxH missing".
+std::string in_words(const std::string& sentence) {
+  static constexpr std::string_view often = "At Most 1 required but received ", lacking = "1 required ", missing = " missing";
+  const std::size_t colon = sentence.find(": ");
+  if (colon == std::string::npos) return sentence;
+  const std::string name = sentence.substr(0, colon), rest = sentence.substr(colon + 2);
+  if (rest.starts_with(often)) return fmt::format("{} is given {} times, where one is expected", name, rest.substr(often.size()));
+  if (rest.starts_with(lacking) && rest.ends_with(missing))
+    return fmt::format("{} needs {} behind it", name, rest.substr(lacking.size(), rest.size() - lacking.size() - missing.size()));
+  return sentence;
 }
 
 }  // namespace
@@ -294,7 +308,7 @@ bool Program::parse(int argc, char** argv) {
       return false;
     }
     const std::vector<CLI::App*> given = app_->get_subcommands();
-    refuse(e.what(), given.empty() ? "" : given.front()->get_name());
+    refuse(in_words(e.what()), given.empty() ? "" : given.front()->get_name());
   }
 }
 

@@ -301,6 +301,9 @@ def formats(folder):
     compare(folder / "f/deep.png", folder / "f/deep_rgb.png", code=1)
     done = run("compare", folder / "f/plain.png", folder / "i/a/shot_0.png", "--mean", "nan", code=2)
     expect("--mean: must be 0 to 255, found 'nan'" in done.stderr, f"NaN: {done.stderr}")
+    for words, told in ((("--levels", 1, "--levels", 2), "--levels is given 2 times"), (("--levels",), "--levels needs N behind it")):
+        error = run("compare", folder / "f/plain.png", folder / "f/plain.png", *words, code=2).stderr
+        expect(told in error, f"{words}: {error}")
     write(folder / "f/low.png", pixels[:100])
     done = run("compare", folder / "f/plain.png", folder / "f/low.png", code=1)
     expect("320 x 100 pixels, the baseline has 320 x 180" in done.stdout, f"sizes: {done.stdout}")
