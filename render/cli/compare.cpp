@@ -223,8 +223,23 @@ int hand_over_comparison(const Options& o) {
   return hand_over(work, o.engine);
 }
 
+// Words that judge or report pictures would do nothing for results: a test that asks for them is told.
+void refuse_words_of_pictures(const Options& o) {
+  const std::pair<bool, const char*> given[] = {{!o.also.empty(), "--also"},          {!o.ignore.empty(), "--ignore"},
+                                                {!o.mask.empty(), "--mask"},          {o.levels.has_value(), "--levels"},
+                                                {o.percent.has_value(), "--percent"}, {o.cluster.has_value(), "--cluster"},
+                                                {o.mean.has_value(), "--mean"},       {o.rule.exact, "--exact"},
+                                                {!o.report.empty(), "--report"},      {!o.junit.empty(), "--junit"},
+                                                {!o.markdown.empty(), "--markdown"},  {!o.reason.empty(), "--update"},
+                                                {!o.shard.empty(), "--shard"},        {!o.parts.empty(), "--parts"},
+                                                {o.engine.elsewhere(), "--engine"}};
+  for (const auto& [is, word] : given)
+    if (is) throw UsageError(fmt::format("{} is for pictures: two results files are judged by --pixels and told as --json", word));
+}
+
 int run_comparison(const Options& o) {
   if (is_results_name(o.baseline) && is_results_name(o.candidate)) {
+    refuse_words_of_pictures(o);
     ResultsComparison results;
     results.baseline = o.baseline;
     results.candidate = o.candidate;
@@ -232,6 +247,8 @@ int run_comparison(const Options& o) {
     results.json = o.json;
     return compare_results(results);
   }
+  if (o.pixels > 0.0)
+    throw UsageError("--pixels is for two results files; pictures are judged by --levels, --percent, --cluster and --mean");
   if (o.reason.find_first_not_of(" \t\n") == std::string::npos && !o.reason.empty())
     throw UsageError("--update needs a reason, for example \"new colours\"");
   if (o.engine.elsewhere()) return hand_over_comparison(o);

@@ -301,7 +301,11 @@ def formats(folder):
     compare(folder / "f/deep.png", folder / "f/deep_rgb.png", code=1)
     done = run("compare", folder / "f/plain.png", folder / "i/a/shot_0.png", "--mean", "nan", code=2)
     expect("--mean: must be 0 to 255, found 'nan'" in done.stderr, f"NaN: {done.stderr}")
-    for words, told in ((("--levels", 1, "--levels", 2), "--levels is given 2 times"), (("--levels",), "--levels needs N behind it")):
+    for words, told in (
+        (("--pixels", 0.5), "--pixels is for two results files"),
+        (("--levels", 1, "--levels", 2), "--levels is given 2 times"),
+        (("--levels",), "--levels needs N behind it"),
+    ):
         error = run("compare", folder / "f/plain.png", folder / "f/plain.png", *words, code=2).stderr
         expect(told in error, f"{words}: {error}")
     write(folder / "f/low.png", pixels[:100])
