@@ -8,10 +8,13 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
+#include <functional>
 #include <map>
 #include <optional>
 #include <sstream>
+#include <string_view>
 #include <type_traits>
 #include <vector>
 
@@ -84,10 +87,35 @@ class Help final : public CLI::Formatter {
 
 void say_range(CLI::Option* option, const std::string& words) { option->description(option->get_description() + "; " + words); }
 
+// Comparisons are all false for NaN: what holds is asked, not what is broken.
+template <class Number>
+CLI::Validator number_check(const std::string& words, std::function<bool(Number)> holds) {
+  return CLI::Validator(
+      [words, holds](std::string& text) {
+        Number value{};
+        if (CLI::detail::lexical_cast(text, value) && std::isfinite(static_cast<double>(value)) && holds(value)) return std::string();
+        return fmt::format("must be {}, found {}", words, sim::quote(text));
+      },
+      "");
+}
+
 // A check whose words stand in the description already.
 CLI::Validator silent(CLI::Validator check) {
   check.description("");
   return check;
+}
+
+// CLI11's sentences of options that are given too often or without what follows them: "--size: At Most 1 required but received 2",
+// "--size: 1 required WxH missing".
+std::string in_words(const std::string& sentence) {
+  static constexpr std::string_view often = "At Most 1 required but received ", lacking = "1 required ", missing = " missing";
+  const std::size_t colon = sentence.find(": ");
+  if (colon == std::string::npos) return sentence;
+  const std::string name = sentence.substr(0, colon), rest = sentence.substr(colon + 2);
+  if (rest.starts_with(often)) return fmt::format("{} is given {} times, where one is expected", name, rest.substr(often.size()));
+  if (rest.starts_with(lacking) && rest.ends_with(missing))
+    return fmt::format("{} needs {} behind it", name, rest.substr(lacking.size(), rest.size() - lacking.size() - missing.size()));
+  return sentence;
 }
 
 }  // namespace
@@ -114,24 +142,26 @@ Option& Option::required() {
 }
 
 Option& Option::range(int low, int high) {
-  option_->check(silent(CLI::Range(low, high)));
-  say_range(option_, high >= 1 << 30 ? fmt::format("{} or more", low) : fmt::format("{} to {}", low, high));
+  const std::string words = high >= 1 << 30 ? fmt::format("{} or more", low) : fmt::format("{} to {}", low, high);
+  option_->check(number_check<int>("a whole number, " + words, [low, high](int v) { return v >= low && v <= high; }));
+  say_range(option_, words);
   return *this;
 }
 
 Option& Option::range(double low, double high) {
-  option_->check(silent(CLI::Range(low, high)));
-  say_range(option_, fmt::format("{} to {}", number_words(low), number_words(high)));
+  const std::string words = fmt::format("{} to {}", number_words(low), number_words(high));
+  option_->check(number_check<double>(words, [low, high](double v) { return v >= low && v <= high; }));
+  say_range(option_, words);
   return *this;
 }
 
 Option& Option::positive() {
-  option_->check(silent(CLI::PositiveNumber));
+  option_->check(number_check<double>("a number above 0", [](double v) { return v > 0.0; }));
   return *this;
 }
 
 Option& Option::not_negative() {
-  option_->check(silent(CLI::NonNegativeNumber));
+  option_->check(number_check<double>("0 or more", [](double v) { return v >= 0.0; }));
   return *this;
 }
 
@@ -278,7 +308,7 @@ bool Program::parse(int argc, char** argv) {
       return false;
     }
     const std::vector<CLI::App*> given = app_->get_subcommands();
-    refuse(e.what(), given.empty() ? "" : given.front()->get_name());
+    refuse(in_words(e.what()), given.empty() ? "" : given.front()->get_name());
   }
 }
 

@@ -8,6 +8,7 @@
 #include "render/cli/terminal.h"
 #include "render/cli/version.h"
 #include "render/image/compare_page.h"
+#include "render/image/compare_summary.h"
 #include "sim/base/words.h"
 
 #include <fmt/format.h>
@@ -151,6 +152,7 @@ nlohmann::json pair_json(const render::ComparedPair& p) {
   }
   if (!p.baseline.empty()) row["baseline"] = p.baseline.string();
   if (!p.numbers.empty()) row["numbers"] = p.numbers;
+  if (!p.reason.empty()) row["reason"] = p.reason;
   return row;
 }
 
@@ -177,7 +179,9 @@ void print_rows(const render::Comparison& comparison, const std::vector<std::str
                  d.pixels_over, 100.0 * d.share_over, d.cluster,
                  (d.measured ? fmt::format(", SSIM {:.5f}, FLIP {:.5f}", d.ssim, d.flip) : "") +
                      (d.box.width > 0 ? fmt::format(", within {}x{} at {},{}", d.box.width, d.box.height, d.box.x, d.box.y) : ""));
-    else fmt::print("{}: {}\n", p.name, render::state_name(p.state));
+    else if (const std::string text = render::failure_text(p), state = render::state_name(p.state); text != state && !text.empty())
+      fmt::print("{}: {}: {}\n", p.name, state, text);
+    else fmt::print("{}: {}\n", p.name, state);
     if (!p.numbers.empty()) fmt::print("{}: {}\n", p.name, p.numbers);
   }
   fmt::print("{} equal, {} within the limit, {} different or missing\n", equal, within, bad);
@@ -186,6 +190,15 @@ void print_rows(const render::Comparison& comparison, const std::vector<std::str
                                   [](const auto& p) { return p.state == render::PairState::missing_candidate; });
   fmt::print("{} baselines updated{}\n", updated.size(),
              gone > 0 ? fmt::format(", {} of them removed: there is no new picture of their names", gone) : "");
+}
+
+// Pictures of a folder that cannot be read are bad input, told when all else is compared and written.
+void refuse_unreadable(const render::Comparison& comparison) {
+  const auto is_unreadable = [](const render::ComparedPair& p) { return p.state == render::PairState::unreadable; };
+  const auto count = std::count_if(comparison.pairs.begin(), comparison.pairs.end(), is_unreadable);
+  if (count == 0) return;
+  const std::string& first = std::find_if(comparison.pairs.begin(), comparison.pairs.end(), is_unreadable)->reason;
+  throw UsageError(first + (count > 1 ? fmt::format("; {} more picture{} cannot be read", count - 1, count > 2 ? "s" : "") : ""));
 }
 
 std::filesystem::path parts_folder(const Options& o) {
@@ -210,8 +223,23 @@ int hand_over_comparison(const Options& o) {
   return hand_over(work, o.engine);
 }
 
+// Words that judge or report pictures would do nothing for results: a test that asks for them is told.
+void refuse_words_of_pictures(const Options& o) {
+  const std::pair<bool, const char*> given[] = {{!o.also.empty(), "--also"},          {!o.ignore.empty(), "--ignore"},
+                                                {!o.mask.empty(), "--mask"},          {o.levels.has_value(), "--levels"},
+                                                {o.percent.has_value(), "--percent"}, {o.cluster.has_value(), "--cluster"},
+                                                {o.mean.has_value(), "--mean"},       {o.rule.exact, "--exact"},
+                                                {!o.report.empty(), "--report"},      {!o.junit.empty(), "--junit"},
+                                                {!o.markdown.empty(), "--markdown"},  {!o.reason.empty(), "--update"},
+                                                {!o.shard.empty(), "--shard"},        {!o.parts.empty(), "--parts"},
+                                                {o.engine.elsewhere(), "--engine"}};
+  for (const auto& [is, word] : given)
+    if (is) throw UsageError(fmt::format("{} is for pictures: two results files are judged by --pixels and told as --json", word));
+}
+
 int run_comparison(const Options& o) {
   if (is_results_name(o.baseline) && is_results_name(o.candidate)) {
+    refuse_words_of_pictures(o);
     ResultsComparison results;
     results.baseline = o.baseline;
     results.candidate = o.candidate;
@@ -219,6 +247,8 @@ int run_comparison(const Options& o) {
     results.json = o.json;
     return compare_results(results);
   }
+  if (o.pixels > 0.0)
+    throw UsageError("--pixels is for two results files; pictures are judged by --levels, --percent, --cluster and --mean");
   if (o.reason.find_first_not_of(" \t\n") == std::string::npos && !o.reason.empty())
     throw UsageError("--update needs a reason, for example \"new colours\"");
   if (o.engine.elsewhere()) return hand_over_comparison(o);
@@ -252,11 +282,17 @@ int run_comparison(const Options& o) {
   }
   write_reports(o, comparison, request);
   std::vector<std::string> updated;
+  try {
+    if (!o.reason.empty()) render::need_new_pictures(comparison);
+  } catch (const std::runtime_error& e) {  // what was given cannot be read
+    throw UsageError(e.what());
+  }
   if (!o.reason.empty()) updated = render::update_baselines(comparison, request, o.reason);
   if (verbosity() != Verbosity::quiet)
     for (const std::string& note : comparison.notes) fmt::print(stderr, "note: {}\n", note);
   if (o.json) print_json(comparison, updated);
   else print_rows(comparison, updated);
+  if (updated.empty()) refuse_unreadable(comparison);
   return comparison.passes || !o.reason.empty() ? 0 : 1;
 }
 
@@ -272,7 +308,7 @@ pixels that touch may be off by more than 256, the mean by 8. --levels and --per
 Any PNG files will do. Of two results files (.h5) of one scene the drawn vertices are compared: how many pixels and metres they are apart
 at most, with the first one's cameras and exaggeration. What --ignore and --mask leave out counts nowhere; shares and means are those of
 the rest.
-Exit codes: 0 all agree, 1 some do not, 2 bad input.)");
+Exit codes: 0 all agree, 1 some do not, 2 bad input, a picture of a folder that cannot be read among it (the others are compared).)");
   auto options = std::make_shared<Options>();
   words.option("A", options->baseline, "baseline: PNG file, folder or results file").required();
   words.option("B", options->candidate, "new: PNG file, folder or results file").required();

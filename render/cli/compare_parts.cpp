@@ -119,7 +119,7 @@ bool CompareParts::recall(ComparedPair& pair, std::span<const fs::path> baseline
 void CompareParts::write(int shard, int shards, const render::Comparison& comparison) const {
   json rows = json::object();
   for (const ComparedPair& pair : comparison.pairs)
-    if (const auto key = keys_.find(pair.name); key != keys_.end()) rows[key->second] = row_of(pair);
+    if (const auto key = keys_.find(pair.name); key != keys_.end() && pair.state != PairState::unreadable) rows[key->second] = row_of(pair);
   make_folder(folder_);
   sim::write_whole_file(folder_ / fmt::format("part_{}_of_{}.json", shard, shards),
                         rows.dump(1, ' ', false, json::error_handler_t::replace) + "\n");

@@ -89,7 +89,9 @@ std::string values_wanted(const RenderSettings& settings) {
   if (settings.color_by == ColorBy::stress)
     return "stress: beams with a section, and bodies with stress modes have it (color_by = \"stress\")";
   if (settings.color_by == ColorBy::velocity) return "a speed: the run has one sample (color_by = \"velocity\")";
-  return fmt::format("elastic displacement (color_by = \"{}\")", settings.color_by == ColorBy::strain ? "strain" : "map_error");
+  if (settings.color_by == ColorBy::map_error)
+    return "an error of its mesh's map that could be told: elastic bodies with a mesh and enough nodes have it (color_by = \"map_error\")";
+  return "elastic displacement (color_by = \"strain\")";
 }
 
 // What rounding leaves of a value that is zero, in its unit: positions are held to the last bit of the scene's size, displacements in
@@ -254,7 +256,13 @@ void set_colors(Animation& animation, const Survey& survey) {
     animation.warnings.push_back(fmt::format("no body has {}: none is coloured", values_wanted(animation.settings)));
     return;
   }
-  if (largest <= 0.0 && !range) return;
+  if (largest <= 0.0 && !range) {
+    if (by == ColorBy::map_error)
+      animation.notes.emplace_back(
+          "no map moves a mesh: the elements' own shapes have no error of one (color_by = \"map_error\"): none is coloured");
+    else if (by != ColorBy::displacement) animation.notes.emplace_back("the values of color_by are 0 at all times: none is coloured");
+    return;
+  }
   const double reach = std::max(std::abs(animation.scalar_map.lower), std::abs(animation.scalar_map.upper));
   if (by == ColorBy::strain) {
     const bool small = reach < 0.01;

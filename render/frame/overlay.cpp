@@ -1,5 +1,6 @@
 #include "render/frame/overlay.h"
 
+#include "render/base/srgb.h"
 #include "render/image/text.h"
 
 #include <fmt/format.h>
@@ -20,13 +21,15 @@ concept VectorSheet = std::same_as<Sheet, SvgSheet> || std::same_as<Sheet, PdfSh
 
 struct Ink {
   glm::vec3 strong, faint, panel, grid;
-  bool rimmed = false;  // words get a rim of the panel's colour: what lies behind the picture is not known
+  float coming = 0.28f;  // opacity of what is to come in plots: as far from either panel (contrast 1.7)
+  bool rimmed = false;   // words get a rim of the panel's colour: what lies behind the picture is not known
 };
 
 Ink ink_of(const Picture& picture) {
   const bool clear = picture.background.transparent;
-  if (picture.overlay.dark) return {{0.95f, 0.96f, 0.97f}, {0.72f, 0.75f, 0.79f}, {0.10f, 0.11f, 0.13f}, {0.28f, 0.30f, 0.33f}, clear};
-  return {{0.10f, 0.12f, 0.15f}, {0.33f, 0.37f, 0.42f}, {1.0f, 1.0f, 1.0f}, {0.86f, 0.88f, 0.90f}, clear};
+  if (picture.overlay.dark)
+    return {{0.95f, 0.96f, 0.97f}, {0.72f, 0.75f, 0.79f}, {0.10f, 0.11f, 0.13f}, {0.28f, 0.30f, 0.33f}, 0.4f, clear};
+  return {{0.10f, 0.12f, 0.15f}, {0.33f, 0.37f, 0.42f}, {1.0f, 1.0f, 1.0f}, {0.86f, 0.88f, 0.90f}, 0.28f, clear};
 }
 
 Box box_of(const PixelRect& r) { return Box(r.x, r.y, r.width, r.height); }
@@ -155,8 +158,13 @@ bool rises(const Series& s) {
   return std::is_sorted(s.x.begin(), s.x.begin() + static_cast<std::ptrdiff_t>(std::min(s.x.size(), s.y.size())));
 }
 
-glm::vec3 color_of(const Plot& plot, std::size_t k) {
-  return plot.series[k].color.x < 0.0f ? category_color(static_cast<int>(k)) : plot.series[k].color;
+// Colours are made for white panels: on a dark one those that are nearer to it than to white are lightened to the middle (contrast 4.2).
+glm::vec3 color_of(const Plot& plot, std::size_t k, const Ink& ink) {
+  const glm::vec3 color = plot.series[k].color.x < 0.0f ? category_color(static_cast<int>(k)) : plot.series[k].color;
+  const glm::vec3 weights(0.2126f, 0.7152f, 0.0722f), light = linear_from_srgb(color);
+  const float middle = std::sqrt(1.05f * (glm::dot(weights, linear_from_srgb(ink.panel)) + 0.05f)) - 0.05f, own = glm::dot(weights, light);
+  if (glm::dot(weights, ink.panel) > 0.5f || own >= middle) return color;
+  return srgb_from_linear(glm::mix(light, glm::vec3(1.0f), (middle - own) / (1.0f - own)));
 }
 
 // Whether a kept panel is that of this plot.
@@ -212,7 +220,7 @@ void draw_series_name(Sheet& image, const Plot& plot, const PlotLayout& layout, 
   if (layout.series[k].text.empty()) return;
   const PixelRect& l = layout.series_lines[k];
   const double thick = std::max(2.0, 2.4 * unit);
-  fill_rectangle(image, Box(l.x, l.y - 0.5 * thick, l.width, thick), color_of(plot, k), 0.5 * thick);
+  fill_rectangle(image, Box(l.x, l.y - 0.5 * thick, l.width, thick), color_of(plot, k, ink), 0.5 * thick);
   draw_line_of_text(image, layout.series[k], ink);
 }
 
@@ -235,7 +243,7 @@ PlotCache::Panel make_panel(Image& image, const Picture& picture, const PlotLayo
   for (std::size_t k = 0; k < plot.series.size(); ++k) {
     const Series& s = plot.series[k];
     out.lines.push_back(cover_polyline(image.width, image.height, placed_series(s, layout), series_width(unit), 0.0, &clip));
-    blend_cover(image, out.lines.back(), color_of(plot, k), marked && rises(s) ? 0.28f : 1.0f, image.width);
+    blend_cover(image, out.lines.back(), color_of(plot, k, ink), marked && rises(s) ? ink.coming : 1.0f, image.width);
     draw_series_name(image, plot, layout, k, ink, unit);
   }
   draw_plot_words(image, layout, ink);
@@ -300,7 +308,7 @@ void draw_dot(Sheet& image, const Plot& plot, const PlotLayout& layout, std::siz
   if (!std::isfinite(value) || value < layout.y0 || value > layout.y1 || plot.mark < s.x.front() || plot.mark > s.x[n - 1]) return;
   const glm::dvec2 p(dot.mark, layout.axes.y + layout.axes.height - (value - layout.y0) * sy);
   fill_disc(image, p.x, p.y, std::max(3.0, 4.6 * dot.unit), dot.ink.panel);
-  fill_disc(image, p.x, p.y, std::max(2.0, 3.4 * dot.unit), color_of(plot, k));
+  fill_disc(image, p.x, p.y, std::max(2.0, 3.4 * dot.unit), color_of(plot, k, dot.ink));
 }
 
 // index: which of the plots; its place in the cache too.
@@ -326,7 +334,7 @@ void draw_plot(Image& image, const Picture& picture, const Layout& all, std::siz
   draw_mark(image, layout, mark, ink, all.unit);
   for (std::size_t k = 0; k < plot.series.size(); ++k) {
     if (plot.series[k].x.empty() || plot.series[k].y.empty() || !rises(plot.series[k])) continue;
-    blend_cover(image, cache.panels[index].lines[k], color_of(plot, k), 1.0f, static_cast<int>(std::ceil(mark)));
+    blend_cover(image, cache.panels[index].lines[k], color_of(plot, k, ink), 1.0f, static_cast<int>(std::ceil(mark)));
     draw_dot(image, plot, layout, k, {mark, ink, all.unit});
   }
 }
@@ -343,7 +351,7 @@ void draw_plot(Sheet& sheet, const Picture& picture, const Layout& all, std::siz
   const glm::dvec4 clip = clip_of(axes);
   for (std::size_t k = 0; k < plot.series.size(); ++k) {
     draw_polyline(sheet, placed_series(plot.series[k], layout), series_width(all.unit),
-                  {color_of(plot, k), marked && rises(plot.series[k]) ? 0.28f : 1.0f}, 0.0, &clip);
+                  {color_of(plot, k, ink), marked && rises(plot.series[k]) ? ink.coming : 1.0f}, 0.0, &clip);
     draw_series_name(sheet, plot, layout, k, ink, all.unit);
   }
   draw_plot_words(sheet, layout, ink);
@@ -352,7 +360,8 @@ void draw_plot(Sheet& sheet, const Picture& picture, const Layout& all, std::siz
   const glm::dvec4 past(clip.x, clip.y, std::ceil(mark) - clip.x, clip.w);
   for (std::size_t k = 0; k < plot.series.size(); ++k) {
     if (plot.series[k].x.empty() || plot.series[k].y.empty() || !rises(plot.series[k])) continue;
-    if (past.z > 0.0) draw_polyline(sheet, placed_series(plot.series[k], layout), series_width(all.unit), color_of(plot, k), 0.0, &past);
+    if (past.z > 0.0)
+      draw_polyline(sheet, placed_series(plot.series[k], layout), series_width(all.unit), color_of(plot, k, ink), 0.0, &past);
     draw_dot(sheet, plot, layout, k, {mark, ink, all.unit});
   }
 }
@@ -459,6 +468,28 @@ void draw_leader(Sheet& image, const std::array<glm::dvec2, 2>& line, const glm:
   fill_disc(image, at.x, at.y, std::max(1.6, 2.6 * unit), hidden ? rim : ink);
 }
 
+// What stands in the upper left corner of an inset.
+struct Caption {
+  std::string text;  // empty: there is no room
+  double size = 0.0, line = 0.0;
+  Box box{0.0, 0.0, 0.0, 0.0};
+};
+
+// A long label is cut; how much larger the inset is stays.
+Caption caption_of(const Picture& picture, const Layout& layout, std::size_t i) {
+  const Inset& inset = picture.insets[i];
+  const PixelRect& r = layout.magnified[i];
+  Caption out;
+  out.line = std::max(1.0, std::round(1.3 * layout.unit));
+  out.size = std::max(9.0, 12.5 * layout.unit * picture.overlay.text_scale);
+  const double gap = 0.5 * out.size, room = r.width - 2.0 * gap - 2.0 * out.line;
+  const std::string scale = scale_text(inset.zoom);
+  const std::string label = inset.label.empty() ? "" : fit_text(inset.label, out.size, room - text_width(", " + scale, out.size));
+  out.text = label.empty() ? fit_text(scale, out.size, room) : label + ", " + scale;
+  out.box = Box(r.x + out.line, r.y + out.line, text_width(out.text, out.size) + 2.0 * gap, cap_height(out.size) + 2.0 * gap);
+  return out;
+}
+
 template <class Sheet>
 void draw_labels(Sheet& image, const Picture& picture, const SceneBelow& below, const Layout& layout) {
   std::vector<glm::dvec4> taken;
@@ -481,7 +512,13 @@ void draw_labels(Sheet& image, const Picture& picture, const SceneBelow& below, 
   for (std::size_t view = 0; view < below.frames.size(); ++view) {
     const ViewFrame& frame = below.frames[view];
     const bool inset = view >= layout.views.size();
-    if (view == layout.views.size()) taken.clear();
+    if (view == layout.views.size()) {
+      taken.clear();
+      for (std::size_t i = 0; i < layout.magnified.size() && i < picture.insets.size(); ++i) {
+        const Box box = caption_of(picture, layout, i).box;
+        taken.emplace_back(box.x, box.y, box.x + box.width, box.y + box.height);
+      }
+    }
     draw_dimensions(image, picture, frame, layout, taken);
     for (std::size_t k = 0; k < picture.labels.size(); ++k) {
       const Label& label = picture.labels[k];
@@ -547,12 +584,11 @@ void draw_insets(Sheet& image, const Picture& picture, const Layout& layout, std
       }
     }
     draw_frame(image, box_of(r), line, {ink.strong, 0.8f});
-    const double size = std::max(9.0, 12.5 * layout.unit * picture.overlay.text_scale), h = cap_height(size), gap = 0.5 * size;
-    const std::string text =
-        fit_text(inset.label.empty() ? scale_text(inset.zoom) : inset.label + ", " + scale_text(inset.zoom), size, r.width - 2.0 * gap);
-    if (text.empty()) continue;
-    fill_rectangle(image, Box(r.x + line, r.y + line, text_width(text, size) + 2.0 * gap, h + 2.0 * gap), {ink.panel, 0.75f});
-    draw_text(image, {r.x + line + gap, r.y + line + gap + h}, text, size, ink.strong);
+    const Caption caption = caption_of(picture, layout, i);
+    if (caption.text.empty()) continue;
+    fill_rectangle(image, caption.box, {ink.panel, 0.75f});
+    const double gap = 0.5 * caption.size;
+    draw_text(image, {caption.box.x + gap, caption.box.y + gap + cap_height(caption.size)}, caption.text, caption.size, ink.strong);
   }
 }
 

@@ -5,6 +5,7 @@
 #include "render/base/html.h"
 #include "render/image/compare_page_texts.h"
 #include "render/image/png.h"
+#include "sim/base/error.h"
 
 #include <fmt/format.h>
 
@@ -133,6 +134,7 @@ std::string words(const ComparedPair& p, const ComparePageOptions& options) {
   const ImageDifference& d = p.difference;
   const auto size = [](std::pair<int, int> s) { return fmt::format("{} x {}", s.first, s.second); };
   if (p.state == PairState::other_size) out += fmt::format(": {} before, {} now", size(p.baseline_size), size(p.candidate_size));
+  else if (p.state == PairState::unreadable) out += ": " + escape_html(p.reason);
   else if (was_measured(p.state))
     out += fmt::format(": {}; largest {}/{}, mean {:.4g}, {} pixels over the limit, {} together, all within {} x {} at {}, {}",
                        size(p.candidate_size), d.largest, d.full, d.mean, d.pixels_over, d.cluster, d.box.width, d.box.height, d.box.x,
@@ -148,9 +150,15 @@ std::string words(const ComparedPair& p, const ComparePageOptions& options) {
 }
 
 std::string section(const ComparedPair& p, std::size_t number, std::size_t room, const ComparePageOptions& options) {
-  Pictures pictures;
-  if (!p.baseline.empty()) pictures.before = read_png(p.baseline);
-  if (!p.candidate.empty()) pictures.after = read_png(p.candidate);
+  // What only one folder has is not looked at before: damaged, it is left out of the page.
+  const auto read = [](const fs::path& file) {
+    try {
+      return file.empty() ? Image{} : read_png(file);
+    } catch (const FileError&) {
+      return Image{};
+    }
+  };
+  Pictures pictures{.before = read(p.baseline), .after = read(p.candidate), .heat = {}};
   pictures.heat = p.difference.heat;
   const Shown shown = choose(p, pictures, room);
   const PixelBox &box = p.difference.box, part = shown.part;

@@ -12,6 +12,7 @@
 #include <numeric>
 #include <set>
 #include <thread>
+#include <tuple>
 
 #include <fnmatch.h>
 
@@ -23,11 +24,29 @@ using Bytes = std::vector<std::uint8_t>;
 
 constexpr const char* machine_key = "flexframe-environment";
 
+// ".png" as Windows and cameras write it too.
+bool is_png_name(const fs::path& path) {
+  std::string ending = path.extension().string();
+  for (char& c : ending)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return ending == ".png";
+}
+
+// Links to files count whether they lead anywhere or not: what cannot be read is told. Links to folders are followed, each folder once.
+void add_pictures(const fs::path& folder, const fs::path& part, std::set<fs::path>& seen, std::set<std::string>& names) {
+  if (!seen.insert(fs::canonical(folder / part)).second) return;
+  for (const auto& entry : fs::directory_iterator(folder / part)) {
+    std::error_code none;
+    const fs::path name = part / entry.path().filename();
+    if (entry.is_directory(none)) add_pictures(folder, name, seen, names);
+    else if (is_png_name(name) && (entry.is_regular_file(none) || entry.is_symlink(none))) names.insert(name.generic_string());
+  }
+}
+
 std::set<std::string> pictures_below(const fs::path& folder) {
+  std::set<fs::path> seen;
   std::set<std::string> names;
-  for (const auto& entry : fs::recursive_directory_iterator(folder))
-    if (entry.is_regular_file() && entry.path().extension() == ".png")
-      names.insert(entry.path().lexically_relative(folder).generic_string());
+  add_pictures(folder, {}, seen, names);
   return names;
 }
 
@@ -72,6 +91,20 @@ void add_mask(Bytes& ignored, const fs::path& file, const std::string& name, std
   }
 }
 
+// A picture that is damaged or cannot be read, as opposed to a mask.
+struct UnreadablePicture : FileError {
+  using FileError::FileError;
+};
+
+template <class Read>
+auto read_picture(const Read& read) {
+  try {
+    return read();
+  } catch (const FileError& error) {
+    throw UnreadablePicture(error.what());
+  }
+}
+
 // Pictures of 16 bits are compared as such where both have them.
 ImageDifference compare_bytes(const Bytes& before, const Bytes& after, ComparedPair& pair, const CompareRequest& request, bool measure) {
   CompareOptions rule = request.rule;
@@ -84,14 +117,20 @@ ImageDifference compare_bytes(const Bytes& before, const Bytes& after, ComparedP
     rule.ignored = ignored;
     return compare_images(a, b, rule);
   };
-  if (png_depth(before) == 16 && png_depth(after) == 16)
-    return settle(decode_png16(before, pair.baseline.string()), decode_png16(after, pair.candidate.string()));
-  return settle(decode_png(before, pair.baseline.string()), decode_png(after, pair.candidate.string()));
+  const std::string from = pair.baseline.string(), to = pair.candidate.string();
+  if (png_depth(before) == 16 && png_depth(after) == 16) {
+    auto [a, b] = read_picture([&] { return std::pair(decode_png16(before, from), decode_png16(after, to)); });
+    // Grey and colour, with transparency and without.
+    if (a.channels != b.channels) std::tie(a, b) = std::pair(decode_png16(before, from, 4), decode_png16(after, to, 4));
+    return settle(a, b);
+  }
+  const auto [a, b] = read_picture([&] { return std::pair(decode_png(before, from), decode_png(after, to)); });
+  return settle(a, b);
 }
 
 // The pair against its baseline.
 void judge(ComparedPair& pair, const Bytes& after, const CompareRequest& request) {
-  const Bytes before = read_file(pair.baseline);
+  const Bytes before = read_picture([&] { return read_file(pair.baseline); });
   pair.difference = compare_bytes(before, after, pair, request, false);
   const ImageDifference& d = pair.difference;
   pair.state = !d.same_size ? PairState::other_size : d.equal ? PairState::equal : d.passes ? PairState::passes : PairState::differs;
@@ -112,10 +151,8 @@ bool is_nearer(const ComparedPair& a, const ComparedPair& b) {
 }
 
 // Against each baseline that has the picture, until it is equal to one.
-void compare_pair(ComparedPair& pair, const std::vector<fs::path>& baselines, const CompareRequest& request) {
-  if (pair.state == PairState::missing_baseline || pair.state == PairState::missing_candidate) return;
-  if (request.recall && request.recall(pair, baselines)) return;
-  const Bytes after = read_file(pair.candidate);
+void compare_with_each(ComparedPair& pair, const std::vector<fs::path>& baselines, const CompareRequest& request) {
+  const Bytes after = read_picture([&] { return read_file(pair.candidate); });
   ComparedPair best = pair;
   for (std::size_t k = 0; k < baselines.size(); ++k) {
     ComparedPair one = pair;
@@ -125,6 +162,19 @@ void compare_pair(ComparedPair& pair, const std::vector<fs::path>& baselines, co
     if (best.state == PairState::equal) break;
   }
   pair = std::move(best);
+}
+
+// Of folders, a picture that cannot be read is a finding like others; one given by name is bad input.
+void compare_pair(ComparedPair& pair, const std::vector<fs::path>& baselines, const CompareRequest& request, bool folders) {
+  if (pair.state == PairState::missing_baseline || pair.state == PairState::missing_candidate) return;
+  try {
+    if (request.recall && read_picture([&] { return request.recall(pair, baselines); })) return;
+    compare_with_each(pair, baselines, request);
+  } catch (const UnreadablePicture& error) {
+    if (!folders) throw;
+    pair.state = PairState::unreadable;
+    pair.reason = error.what();
+  }
 }
 
 void need(bool holds, const std::string& sentence) {
@@ -167,12 +217,16 @@ std::vector<std::pair<ComparedPair, std::vector<fs::path>>> pair_up(const Compar
   }
   const std::set<std::string> after = pictures_below(request.candidate);
   std::set<std::string> names = after;
-  for (const fs::path& baseline : there) names.merge(pictures_below(baseline));
+  std::vector<std::set<std::string>> before;
+  for (const fs::path& baseline : there) {
+    before.push_back(pictures_below(baseline));
+    names.insert(before.back().begin(), before.back().end());
+  }
   need(!names.empty(), "no PNG file below " + request.baselines.front().string() + " or " + request.candidate.string());
   for (const std::string& name : names) {
     std::vector<fs::path> baselines;
-    for (const fs::path& baseline : there)
-      if (fs::is_regular_file(baseline / name)) baselines.push_back(baseline / name);
+    for (std::size_t k = 0; k < there.size(); ++k)
+      if (before[k].count(name)) baselines.push_back(there[k] / name);
     add(name, after.count(name) ? request.candidate / name : fs::path(), std::move(baselines));
   }
   return out;
@@ -241,8 +295,10 @@ std::string state_name(PairState state) {
       return "other size";
     case PairState::missing_baseline:
       return "missing baseline";
-    default:
+    case PairState::missing_candidate:
       return "missing picture";
+    default:
+      return "unreadable";
   }
 }
 
@@ -281,16 +337,23 @@ Comparison compare_pictures(const CompareRequest& request) {
   }
   keep_shard(out.pairs, request);
   keep_shard(paired, request);
-  for_each_index(out.pairs.size(), request.threads, [&](std::size_t i) { compare_pair(out.pairs[i], paired[i].second, request); });
+  const bool folders = fs::is_directory(request.candidate);
+  for_each_index(out.pairs.size(), request.threads, [&](std::size_t i) { compare_pair(out.pairs[i], paired[i].second, request, folders); });
   if (request.shards == 1) measure_worst(out, request);
   out.passes = std::none_of(out.pairs.begin(), out.pairs.end(), [](const ComparedPair& p) { return fails(p.state); });
   return out;
 }
 
+void need_new_pictures(const Comparison& comparison) {
+  for (const ComparedPair& p : comparison.pairs)
+    if (p.state == PairState::missing_baseline || p.state == PairState::unreadable) read_png(p.candidate);
+}
+
 std::vector<std::string> update_baselines(const Comparison& comparison, const CompareRequest& request, const std::string& reason) {
   const fs::path& baseline = request.baselines.front();
   std::vector<std::string> changed;
-  const bool folder = fs::is_directory(baseline) || (!fs::exists(baseline) && baseline.extension() != ".png");
+  const bool folder = fs::is_directory(baseline) || (!fs::exists(baseline) && !is_png_name(baseline));
+  need_new_pictures(comparison);
   for (const ComparedPair& p : comparison.pairs) {
     if (p.state == PairState::equal) continue;
     const fs::path target = folder ? baseline / p.name : baseline;
@@ -313,11 +376,10 @@ std::vector<std::string> update_baselines(const Comparison& comparison, const Co
     text = "# Why baselines changed\n\n";
   }
   // A reason is one line.
-  std::string line = reason;
+  std::string line = fmt::format("- {}:", reason);
+  for (const std::string& name : changed) line += " " + name;
   std::replace(line.begin(), line.end(), '\n', ' ');
-  text += fmt::format("- {}:", line);
-  for (const std::string& name : changed) text += " " + name;
-  text += "\n";
+  text += line + "\n";
   write_file(notes, std::span(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
   return changed;
 }

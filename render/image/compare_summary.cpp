@@ -43,6 +43,7 @@ std::string failure_text(const ComparedPair& p) {
   if (p.state == PairState::other_size)
     return fmt::format("{} x {} pixels, the baseline has {} x {}", p.candidate_size.first, p.candidate_size.second, p.baseline_size.first,
                        p.baseline_size.second);
+  if (p.state == PairState::unreadable) return p.reason;
   if (!was_measured(p.state)) return state_name(p.state);
   std::string out = fmt::format("largest difference {}/{}, mean {:.4g}, {} pixels ({:.4g} %) over the limit, {} of them together",
                                 d.largest, d.full, d.mean, d.pixels_over, 100.0 * d.share_over, d.cluster);

@@ -253,7 +253,10 @@ Image decode_png(std::span<const std::uint8_t> bytes, const std::string& name) {
   const int size = static_cast<int>(bytes.size());
   if (!stbi_info_from_memory(bytes.data(), size, &width, &height, &channels))
     throw FileError(name + ": damaged PNG file: " + decoder_reason());
-  const int wanted = channels == 2 || channels == 4 ? 4 : 3;
+  // A colour that counts as transparent is no channel of the header.
+  bool clear = channels == 2 || channels == 4;
+  walk_chunks(bytes, [&](const std::string& type, std::span<const std::uint8_t>) { clear = clear || type == "tRNS"; });
+  const int wanted = clear ? 4 : 3;
   const std::unique_ptr<stbi_uc, decltype(&stbi_image_free)> decoded(
       stbi_load_from_memory(bytes.data(), size, &width, &height, &channels, wanted), &stbi_image_free);
   if (!decoded) throw FileError(name + ": damaged PNG file: " + decoder_reason());
@@ -262,13 +265,14 @@ Image decode_png(std::span<const std::uint8_t> bytes, const std::string& name) {
   return image;
 }
 
-Image16 decode_png16(std::span<const std::uint8_t> bytes, const std::string& name) {
+Image16 decode_png16(std::span<const std::uint8_t> bytes, const std::string& name, int wanted) {
   std::vector<std::uint8_t> filled;
   bytes = checked_png(bytes, name, filled);
   int width = 0, height = 0, channels = 0;
   const std::unique_ptr<stbi_us, decltype(&stbi_image_free)> decoded(
-      stbi_load_16_from_memory(bytes.data(), static_cast<int>(bytes.size()), &width, &height, &channels, 0), &stbi_image_free);
+      stbi_load_16_from_memory(bytes.data(), static_cast<int>(bytes.size()), &width, &height, &channels, wanted), &stbi_image_free);
   if (!decoded) throw FileError(name + ": damaged PNG file: " + decoder_reason());
+  if (wanted > 0) channels = wanted;
   Image16 image{width, height, channels, {}};
   image.pixels.assign(decoded.get(), decoded.get() + std::size_t(width) * std::size_t(height) * std::size_t(channels));
   return image;

@@ -36,8 +36,8 @@ void write_png(const std::filesystem::path& path, const Image16& image, const Pn
 // Pixels with 3 or 4 channels (grey becomes RGB). Sizes above 1 gigapixel are refused.
 Image read_png(const std::filesystem::path& path);
 Image decode_png(std::span<const std::uint8_t> bytes, const std::string& name);
-// With the channels of the file (grey 1), 16 bits each; pictures of 8 bits are widened (255 becomes 65535).
-Image16 decode_png16(std::span<const std::uint8_t> bytes, const std::string& name);
+// With the channels of the file (grey 1) or as many as asked for, 16 bits each; pictures of 8 bits are widened (255 becomes 65535).
+Image16 decode_png16(std::span<const std::uint8_t> bytes, const std::string& name, int channels = 0);
 // Bits a channel that the header names, 0 if there is none.
 int png_depth(std::span<const std::uint8_t> bytes);
 

@@ -245,6 +245,8 @@ bool has_area(const Mesh& mesh) {
   });
 }
 
+}  // namespace
+
 // Formats that are read in single precision: far from the origin corners move, a pixel of a picture that the mesh fills or more.
 void tell_of_steps(Mesh& mesh) {
   const Bounds box = compute_bounds(mesh);
@@ -255,8 +257,6 @@ void tell_of_steps(Mesh& mesh) {
                   "Wavefront file (.obj) keeps all digits, or move it to the origin before it is written",
                   far, single_precision * far, size));
 }
-
-}  // namespace
 
 void finish_mesh(Polygons polygons, const MeshOptions& options, Mesh& mesh, const std::string& nothing_left) {
   drop_partial_normals(polygons);
@@ -269,11 +269,29 @@ void finish_mesh(Polygons polygons, const MeshOptions& options, Mesh& mesh, cons
 
 namespace {
 
-// Assimp looks for ever for the end of a PLY header that a cut file lacks.
-void require_ply_header(const std::string& file, std::string_view text) {
-  const size_t end = text.find("end_header");
-  if (!text.starts_with("ply") || end == std::string_view::npos || text.find_first_of("\r\n", end) == std::string_view::npos)
-    throw MeshError(fmt::format("{}: is no whole PLY file: its header must begin with 'ply' and end with a line 'end_header'", file));
+// The bytes of an STL file as assimp takes them: text in small letters, a binary file without what is behind its triangles. Throws
+// MeshError for what is neither.
+std::string stl_bytes(const std::string& file, std::string text) {
+  constexpr std::size_t head = 84, triangle = 50;
+  std::uint32_t count = 0;
+  if (text.size() >= head)
+    for (int k = 3; k >= 0; --k) count = count << 8 | static_cast<unsigned char>(text[80 + static_cast<std::size_t>(k)]);
+  const std::size_t wanted = head + triangle * count;
+  // Some programs begin binary files with "solid" too; a count below 16 million has a byte of zero.
+  const bool binary = text.find('\0') < 1000;
+  const std::size_t begin = text.find_first_not_of(" \t\r\n");
+  if (!binary && begin != std::string::npos) {
+    text.erase(0, begin);
+    for (char& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    if (text.starts_with("solid")) return text;
+  }
+  if (text.size() >= head && text.size() >= wanted && count > 0) return text.substr(0, wanted);
+  if (binary && text.size() >= head)
+    throw MeshError(
+        fmt::format("{}: is no whole STL file: it does not begin with 'solid', and as a binary file of {} triangles it would have {} "
+                    "bytes; it has {}",
+                    file, count, wanted, text.size()));
+  throw MeshError(fmt::format("{}: is no STL file: text that begins with 'solid', or 84 bytes and 50 a triangle, are expected", file));
 }
 
 Mesh read_other(const fs::path& path, const MeshOptions& options) {
@@ -281,15 +299,17 @@ Mesh read_other(const fs::path& path, const MeshOptions& options) {
   const std::string text = read_text(path);
   std::string ending = path.extension().string();
   for (char& c : ending) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  if (ending == ".ply") require_ply_header(file, text);
   Assimp::Importer importer;
-  const aiScene* scene = importer.ReadFile(file, 0);
+  const std::string stl = ending == ".stl" ? stl_bytes(file, text) : "";
+  const aiScene* scene = stl.empty() ? importer.ReadFile(file, 0) : importer.ReadFileFromMemory(stl.data(), stl.size(), 0, "stl");
   if (scene == nullptr || scene->mRootNode == nullptr) throw MeshError(fmt::format("{}: {}", file, importer.GetErrorString()));
   Mesh mesh;
   mesh.name = path.filename().string();
   const bool linear = ending == ".gltf" || ending == ".glb";
   mesh.materials = convert_materials(*scene, linear);
   warn_of_textures(*scene, mesh);
+  if (stl.starts_with("solid") && stl.find('\0') >= 1000 && stl.find("endsolid") == std::string::npos)
+    mesh.warnings.emplace_back("its text has no 'endsolid': it may be cut off");
   std::vector<Placed> placed;
   collect(*scene, *scene->mRootNode, aiMatrix4x4(), placed);
   Polygons polygons;
@@ -342,7 +362,7 @@ Mesh read_other(const fs::path& path, const MeshOptions& options) {
 Mesh read_mesh(const fs::path& path, const MeshOptions& options) {
   std::string extension = path.extension().string();
   for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;  // in any locale
-  return extension == ".obj" ? read_obj(path, options) : read_other(path, options);
+  return extension == ".obj" ? read_obj(path, options) : extension == ".ply" ? read_ply(path, options) : read_other(path, options);
 }
 
 Mesh make_mesh(std::vector<glm::dvec3> positions, std::vector<glm::ivec3> triangles, const std::string& name, const MeshOptions& options) {

@@ -32,6 +32,10 @@ inline float roughness_of_exponent(float exponent) { return std::clamp(std::pow(
 // Cuts the polygons into triangles, finds the shading points, and with that completes a mesh that has its positions, colours and materials.
 void finish_mesh(Polygons polygons, const MeshOptions& options, Mesh& mesh, const std::string& nothing_left);
 
+// Of corners that were read in single precision: a fault where they lie so far from the origin that they have moved.
+void tell_of_steps(Mesh& mesh);
+
 Mesh read_obj(const std::filesystem::path& path, const MeshOptions& options);
+Mesh read_ply(const std::filesystem::path& path, const MeshOptions& options);
 
 }  // namespace flexframe::render

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <fstream>
@@ -134,29 +135,47 @@ void InpLines::read_file(const std::filesystem::path& path, int depth) {
   at = outer;
 }
 
+// In Abaqus a keyword line that ends with a comma goes on in the next line, behind comments and blank lines; in CalculiX it does not. So it
+// does where that line has parameters. None: the stream stays where it is.
+std::optional<std::string> InpLines::continuation(std::istream& in) {
+  static constexpr std::array flags = {"GENERATE", "UNSORTED", "INTERNAL", "COMPOSITE", "NLGEOM", "PERTURBATION", "DIRECT"};
+  const std::istream::pos_type here = in.tellg();
+  const InpPlace before = at;
+  for (std::string line; std::getline(in, line);) {
+    ++at.line;
+    const std::string_view text = inp_trim(line);
+    if (text.empty() || text.starts_with("**")) continue;
+    const bool flag = std::any_of(flags.begin(), flags.end(), [&](const char* f) { return inp_upper(inp_fields(text).at(0)) == f; });
+    if (text.front() != '*' && (flag || text.find('=') != std::string_view::npos)) return std::string(text);
+    break;
+  }
+  in.clear();
+  in.seekg(here);
+  at = before;
+  return {};
+}
+
 InpKeyword InpLines::parse(std::istream& in, std::string_view text) {
   std::string joined(text);
   InpKeyword k;
-  // A keyword line that ends with a comma goes on in the next line.
   while (joined.ends_with(',')) {
-    std::string more;
-    if (!std::getline(in, more)) break;
-    ++at.line;
-    joined += inp_trim(more);
+    const std::optional<std::string> more = continuation(in);
+    if (!more) break;
+    joined += *more;
   }
   k.place = at;
   bool first = true;
   for (std::string_view part : inp_fields(joined)) {
     if (first) {
       for (char c : inp_upper(part.substr(1)))
-        if (!(c == ' ' && (k.name.empty() || k.name.back() == ' '))) k.name += c;
+        if (c = c == '\t' ? ' ' : c; !(c == ' ' && (k.name.empty() || k.name.back() == ' '))) k.name += c;
     } else if (!part.empty()) {
       const size_t equals = part.find('=');
       std::string_view value = equals == std::string_view::npos ? std::string_view{} : inp_trim(part.substr(equals + 1));
       if (value.size() >= 2 && value.front() == '"' && value.back() == '"') value = value.substr(1, value.size() - 2);
       std::string key;
       for (char c : inp_upper(part.substr(0, equals)))
-        if (c != ' ') key += c;
+        if (c != ' ' && c != '\t') key += c;
       k.parameters[key] = std::string(value);
     }
     first = false;

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -64,6 +65,7 @@ class InpLines {
   void read_file(const std::filesystem::path& path, int depth);
   template <class Work>
   void guarded(bool keyword, const Work& work);
+  std::optional<std::string> continuation(std::istream& in);
   InpKeyword parse(std::istream& in, std::string_view text);
 };
 

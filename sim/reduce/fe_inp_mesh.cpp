@@ -79,6 +79,7 @@ void InpTableReader::read_set(InpSet& set, const std::unordered_map<int, int>& t
     const std::unordered_map<int, int>* index = &there;
     for (const InpInstance& i : deck.instances)
       if (i.name == members.instance) index = &there == &s().node_at ? &deck.scopes[i.scope].node_at : &deck.scopes[i.scope].element_at;
+    members.ranges.push_back({first, last, by});
     // Only numbers that exist are stored: a range may be larger than the model.
     if ((static_cast<long>(last) - first) / by > 4L * static_cast<long>(index->size()) + 16) {
       for (const auto& [id, i] : *index)

@@ -27,6 +27,24 @@ std::optional<std::vector<int>> InpResolver::node_set(int space, const std::stri
   return std::vector<int>(out.begin(), out.end());
 }
 
+namespace {
+
+// Numbers of the range that the index has. A range may be larger than the model.
+std::vector<int> numbers_in(const std::array<int, 3>& range, const std::unordered_map<int, int>& index) {
+  const auto [first, last, by] = range;
+  std::vector<int> out;
+  if ((static_cast<long>(last) - first) / by > static_cast<long>(index.size())) {
+    for (const auto& [id, i] : index)
+      if (id >= first && id <= last && (id - first) % by == 0) out.push_back(id);
+  } else {
+    for (long id = first; id <= last; id += by)
+      if (index.contains(static_cast<int>(id))) out.push_back(static_cast<int>(id));
+  }
+  return out;
+}
+
+}  // namespace
+
 void InpResolver::add_node_set(int space, const std::string& name, std::set<int>& out, std::set<std::pair<int, std::string>>& visited) {
   if (!visited.emplace(space, name).second) return;
   for (const InpMembers& m : scope(space).node_sets.at(name)) {
@@ -35,6 +53,11 @@ void InpResolver::add_node_set(int space, const std::string& name, std::set<int>
       const int node = node_by_id(whose, id);
       if (node < 0) throw InputError(fmt::format("{}: node set '{}' has node {}, which is not there", model.file, name, id));
       out.insert(node);
+    }
+    for (const auto& range : m.ranges) {
+      std::vector<int> ids = numbers_in(range, scope(whose).node_at);
+      if (ids.empty() && whose == 0 && spaces.size() == 2) ids = numbers_in(range, scope(1).node_at);
+      for (int id : ids) out.insert(node_by_id(whose, id));
     }
     for (const std::string& of : m.elements_of) {
       const auto elements = element_set(whose, of);
@@ -99,6 +122,11 @@ void InpResolver::add_element_set(int space, const std::string& name, std::set<I
       if (!e) throw InputError(fmt::format("{}: element set '{}' has element {}, which is not there", model.file, name, id));
       out.insert(*e);
     }
+    for (const auto& range : m.ranges) {
+      std::vector<int> ids = numbers_in(range, scope(whose).element_at);
+      if (ids.empty() && whose == 0 && spaces.size() == 2) ids = numbers_in(range, scope(1).element_at);
+      for (int id : ids) out.insert(*element_by_id(whose, id));
+    }
     for (const std::string& other : m.names) {
       const auto found = find(whose, other, [&](int s, const std::string& n) { return scope(s).element_sets.contains(n); });
       if (!found) throw InputError(fmt::format("{}: element set '{}' refers to '{}', which is not there", model.file, name, other));
@@ -134,6 +162,8 @@ std::vector<int> InpResolver::nodes_named(int space, const std::string& where, c
   if (const int node = dotted_node(where); node >= 0) return {node};
   const auto set = node_set(space, where);
   if (!set) fail(place, fmt::format("node set '{}' is not there", where));
+  if (set->empty())
+    model.warnings.push_back(fmt::format("{}: node set '{}' has no nodes: what is said of it does nothing", deck.where(place), where));
   return *set;
 }
 

@@ -44,6 +44,7 @@ struct InpElement {
 struct InpMembers {
   std::string instance;
   std::vector<int> ids;
+  std::vector<std::array<int, 3>> ranges;  // first, last, step: of what is there in the end; `ids` has what was there before
   std::vector<std::string> names;
   std::vector<std::string> elements_of;  // element sets whose nodes are members
 };

@@ -22,6 +22,14 @@ bool harmless(const std::string& name) {
   return words.contains(name);
 }
 
+// Of heat, flutter, optimisation, large strains and non-structural mass that is not chosen: no part of a linear body.
+bool beyond_linear(const std::string& name) {
+  static constexpr std::array beginnings = {"MAT",    "NSM",   "DEFORM", "DV",    "DRESP",  "DCON", "DLINK", "DSCREEN",
+                                            "DTABLE", "DOPT",  "DESV",   "CHBDY", "RAD",    "VIEW", "QBDY",  "QHBDY",
+                                            "QVOL",   "QVECT", "TABLE",  "TABD",  "MONPNT", "AE"};
+  return std::any_of(beginnings.begin(), beginnings.end(), [&](const char* b) { return name.starts_with(b); });
+}
+
 }  // namespace
 
 FeModel NastranReader::run() {
@@ -128,7 +136,9 @@ void NastranReader::note_other(const NastranCard& c) {
   const bool property = c.name[0] == 'P' && deck.is_integer(c, 0);
   if (property) other_properties.try_emplace(deck.integer(c, 0), c.name);
   const bool aero = c.name.starts_with("CAERO") || c.name.starts_with("PAERO") || c.name.starts_with("PAN");
-  if (!property && !aero && told.insert(c.name).second) add_once(model.notes, fmt::format("{}: {} is ignored", deck.where(c), c.name));
+  if (property || aero || !told.insert(c.name).second) return;
+  if (beyond_linear(c.name)) add_once(model.notes, fmt::format("{}: {} is ignored", deck.where(c), c.name));
+  else model.warnings.push_back(fmt::format("{}: {} is not known and passed over: what it says is not in the body", deck.where(c), c.name));
 }
 
 void NastranReader::allow_massless() {

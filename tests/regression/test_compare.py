@@ -21,8 +21,8 @@ from program import expect, finish, near, run, temporary_folder
 WIDTH, HEIGHT = 320, 180
 
 
-def png(pixels, depth=8, text=()):
-    """The bytes of a PNG file; pixels: height x width x channels, or height x width."""
+def png(pixels, depth=8, text=(), clear=None):
+    """The bytes of a PNG file; pixels: height x width x channels, or height x width; clear: the colour that counts as transparent."""
     pixels = np.asarray(pixels, ">u2" if depth == 16 else np.uint8)
     pixels = pixels.reshape(pixels.shape[0], pixels.shape[1], -1)
     height, width, channels = pixels.shape
@@ -31,8 +31,10 @@ def png(pixels, depth=8, text=()):
     def chunk(kind, data):
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
-    header = struct.pack(">IIBBBBB", width, height, depth, {1: 0, 3: 2, 4: 6}[channels], 0, 0, 0)
+    header = struct.pack(">IIBBBBB", width, height, depth, {1: 0, 2: 4, 3: 2, 4: 6}[channels], 0, 0, 0)
     words = b"".join(chunk(b"tEXt", f"{key}\0{value}".encode("latin-1")) for key, value in text)
+    if clear is not None:
+        words += chunk(b"tRNS", struct.pack(f">{len(clear)}H", *clear))
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + words + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b"")
 
 
@@ -217,6 +219,100 @@ def reports(folder):
     )
 
 
+def unreadable(folder):
+    """A damaged picture of a folder is told as bad input, and the others are compared and reported all the same."""
+    a, b = folder / "u/a", folder / "u/b"
+    for k in range(4):
+        write(a / f"{k}.png", scene(k))
+        write(b / f"{k}.png", scene(k))
+    (b / "1.png").write_bytes((b / "1.png").read_bytes()[:3000])
+    os.symlink("nowhere", a / "link.png")
+    write(b / "link.png", scene(1))
+    pixels = scene(2)
+    pixels[10:40, 10:40] //= 2
+    write(b / "2.png", pixels)
+    reports = ["--junit", folder / "u.xml", "--report", folder / "u.html", "--markdown", folder / "u.md"]
+    done = run("compare", a, b, "--json", *reports, code=2)
+    rows = {row["name"]: row for row in json.loads(done.stdout)["pictures"]}
+    results = [rows[name]["result"] for name in ("0.png", "1.png", "2.png", "3.png", "link.png")]
+    expect(results == ["equal", "unreadable", "differs", "equal", "unreadable"], f"results: {results}")
+    expect("b/1.png: damaged" in rows["1.png"]["reason"] and "a/link.png" in rows["link.png"]["reason"], f"reasons: {rows}")
+    expect("b/1.png: damaged" in done.stderr and "1 more picture" in done.stderr, f"told: {done.stderr}")
+    cases = xml.etree.ElementTree.parse(folder / "u.xml").findall(".//failure")
+    expect([c.get("type") for c in cases] == ["unreadable", "differs", "unreadable"], f"JUnit: {[c.attrib for c in cases]}")
+    for name in ("u.html", "u.md"):
+        expect((folder / name).read_text().count("damaged PNG file") >= 1, f"{name} tells of the damaged picture")
+    # No damaged picture becomes a baseline; a damaged baseline is replaced.
+    kept = (a / "2.png").read_bytes()
+    run("compare", a, b, "--update", "all", code=2)
+    expect((a / "2.png").read_bytes() == kept, "a baseline was changed beside a picture that cannot be read")
+    write(b / "1.png", scene(1))
+    (a / "0.png").write_bytes(b"no picture")
+    run("compare", a, b, "--update", "all")
+    compare(a, b)
+    # Nor does one that only the new folder has.
+    (b / "new.png").write_bytes(b"no picture")
+    run("compare", a, b, "--update", "more", code=2)
+    expect(not (a / "new.png").exists(), "a damaged picture became a baseline")
+    run("compare", a, b, "--report", folder / "u.html", code=1)
+    # Shards: what is left is told by the comparison of all.
+    (b / "1.png").write_bytes(b"no picture")
+    for shard in ("1/2", "2/2"):
+        run("compare", a, b, "--shard", shard, "--parts", folder / "u/parts")
+    done = run("compare", a, b, "--parts", folder / "u/parts", code=2)
+    expect("b/1.png: not a PNG file" in done.stderr, f"after shards: {done.stderr}")
+
+
+def names(folder):
+    """Endings in capitals, linked folders and a link to the folder itself, names of two lines."""
+    a, b = folder / "l/a", folder / "l/b"
+    for side in (a, b):
+        for k, name in enumerate(("UP.PNG", "two\nlines.Png")):
+            write(side / name, scene(k))
+        write(folder / "l/elsewhere" / side.name / "deep.png", scene(3 if side == a else 4))
+        os.symlink(folder / "l/elsewhere" / side.name, side / "linked")
+        os.symlink(side, side / "loop")
+    rows = compare(a, b, code=1)
+    expect(sorted(rows) == ["UP.PNG", "linked/deep.png", "two\nlines.Png"], f"names: {sorted(rows)}")
+    expect(rows["linked/deep.png"]["result"] == "differs" and rows["UP.PNG"]["result"] == "equal", f"rows: {rows}")
+    write(b / "two\nlines.Png", scene(5))
+    run("compare", a, b, "--update", "why")
+    lines = (a / "CHANGES.md").read_text().splitlines()
+    expect([line for line in lines if line] == ["# Why baselines changed", "- why: linked/deep.png two lines.Png"], f"notes: {lines}")
+
+
+def formats(folder):
+    """The same pixels in other forms of PNG are equal; what is asked of a number is a number."""
+    pixels, grey = scene(0), scene(0)[..., 0]
+    write(folder / "f/clear.png", pixels, clear=[int(v) for v in pixels[0, 0]])
+    opaque = np.where((pixels == pixels[0, 0]).all(axis=2), 0, 255)
+    write(folder / "f/alpha.png", np.dstack([pixels, opaque]))
+    compare(folder / "f/clear.png", folder / "f/alpha.png", "--exact")
+    write(folder / "f/plain.png", pixels)
+    compare(folder / "f/clear.png", folder / "f/plain.png", code=1)
+    write(folder / "f/grey.png", grey, clear=[int(grey[0, 0])])
+    write(folder / "f/grey_alpha.png", np.dstack([grey, np.where(grey == grey[0, 0], 0, 255)]))
+    compare(folder / "f/grey.png", folder / "f/grey_alpha.png", "--exact")
+    deep = 257 * grey.astype(int)
+    write(folder / "f/deep.png", deep, depth=16)
+    write(folder / "f/deep_alpha.png", np.dstack([deep, np.full_like(deep, 65535)]), depth=16)
+    write(folder / "f/deep_rgb.png", np.dstack([deep, deep, deep + 300 * (grey < 200)]), depth=16)
+    compare(folder / "f/deep.png", folder / "f/deep_alpha.png", "--exact")
+    compare(folder / "f/deep.png", folder / "f/deep_rgb.png", code=1)
+    done = run("compare", folder / "f/plain.png", folder / "i/a/shot_0.png", "--mean", "nan", code=2)
+    expect("--mean: must be 0 to 255, found 'nan'" in done.stderr, f"NaN: {done.stderr}")
+    for words, told in (
+        (("--pixels", 0.5), "--pixels is for two results files"),
+        (("--levels", 1, "--levels", 2), "--levels is given 2 times"),
+        (("--levels",), "--levels needs N behind it"),
+    ):
+        error = run("compare", folder / "f/plain.png", folder / "f/plain.png", *words, code=2).stderr
+        expect(told in error, f"{words}: {error}")
+    write(folder / "f/low.png", pixels[:100])
+    done = run("compare", folder / "f/plain.png", folder / "f/low.png", code=1)
+    expect("320 x 100 pixels, the baseline has 320 x 180" in done.stdout, f"sizes: {done.stdout}")
+
+
 def worst(folder):
     """SSIM and FLIP of the worst pairs only; the others have none rather than a wrong one."""
     for k in range(6):
@@ -299,7 +395,7 @@ def browser(folder):
 
 
 with temporary_folder() as name:
-    for part in (measures, ignoring, baselines, reports, worst, many, browser):
+    for part in (measures, ignoring, baselines, reports, unreadable, names, formats, worst, many, browser):
         print(f"== {part.__name__}", flush=True)
         part(pathlib.Path(name))
 finish()

@@ -2,6 +2,7 @@
 models, each answered by a sentence with its place. Closed forms or the solution of the same matrices say what is right."""
 import json
 import math
+import re
 import struct
 
 from program import *
@@ -324,6 +325,19 @@ with temporary_folder() as name:
     seen = json.loads(run("render", folder / "rod_sid.r.h5", "-o", folder / "doubt", "--color-by", "map_error", *picture).stdout)
     off = [n for n in seen["notes"] if "the mesh may be off by up to" in n]
     expect(len(off) == 1, f"colours by the error of the map: {seen['notes']}")
+    # Shapes of the elements have no map, and so no error of one; two nodes cannot tell any. Neither is passed over in silence.
+    seen = json.loads(run("render", folder / "rod_h5.r.h5", "-o", folder / "none", "--color-by", "map_error", *picture).stdout)
+    expect(any("no map moves a mesh" in n for n in seen["notes"]), f"no map, no error: {seen}")
+    run("reduce", model, "-o", folder / "few.sid", *words[:7], "--nodes", 2, "--quiet")
+    few = swing.replace("rod.%s", "few.%s").replace("node[%d]", "node[%s]") % (
+        "sid",
+        min(re.findall(r"new node = (\d+)", (folder / "few.sid").read_text())),
+    )
+    (folder / "few.toml").write_text(few.replace('"few.sid"\n', '"few.sid"\nmesh = "few.obj"\n'))
+    run("simulate", folder / "few.toml", "-o", folder / "few.r.h5")
+    seen = json.loads(run("render", folder / "few.r.h5", "-o", folder / "few", "--color-by", "map_error", *picture).stdout)
+    told = [w for w in seen["warnings"] if "none is coloured" in w]
+    expect(len(told) == 1 and "no body has an error of its mesh's map" in told[0], f"too few nodes to tell: {seen}")
     run("reduce", bare, "-o", folder / "rod.h5", "--material", "1e11,0.3,8000", *words)
     seen = json.loads(run("render", folder / "rod_h5.r.h5", "-o", folder / "nodes", *picture).stdout)
     expect(any("is not the one that was simulated" in w for w in seen["warnings"]), f"pictures with another file: {seen['warnings']}")

@@ -196,6 +196,10 @@ with tempfile.TemporaryDirectory() as temporary:
     expect(abs(vertices["pixels"] * pixel / vertices["metres"] - 1) < 0.01, f"pixels do not fit metres: {vertices}")
     run("compare", folder / "loose.h5", folder / "tight.h5", "--pixels", 0.5 * vertices["pixels"], code=1)
     run("compare", folder / "loose.h5", folder / "tight.h5", "--pixels", 2 * vertices["pixels"])
+    # What only pictures have is refused: a test that asks for equal pixels or a report would get neither.
+    for words in (("--exact",), ("--junit", folder / "j.xml"), ("--levels", 3), ("--update", "why")):
+        told = run("compare", folder / "loose.h5", folder / "tight.h5", *words, code=2).stderr
+        expect(f"{words[0]} is for pictures" in told, f"{words}: {told}")
     # A run that ended earlier is compared as far as it goes, and told; one of other bodies is refused.
     half = str(0.5 * columns["t"][-1])
     simulate(folder, PENDULUM.replace("ACCURACY", ""), "short", "--tolerance", "1e-11", "--set", f"simulation.duration={half}")

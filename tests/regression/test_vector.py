@@ -199,6 +199,19 @@ def paper(folder):
     expect(not (folder / "wrong").exists(), "files of wrong words")
 
 
+def captions(folder):
+    """A long caption of an inset is cut and still says how much larger it is."""
+    (folder / "inset.toml").write_text(
+        '[render]\nsize = [640, 360]\nframe_rate = 4\nspeed = 1.0\nchannels = ["vector"]\ncolor_by = "velocity"\nprobes = ["rod.tip"]\n'
+        'insets = [{ at = "rod.tip", zoom = 3, size = 0.25, label = "the tip of the rod that swings about its pin" }]\n'
+    )
+    run("render", folder / "out/results.h5", "-o", folder / "inset", "--no-video", "--scene", folder / "inset.toml")
+    for file in sorted((folder / "inset/vector").glob("*.svg")):
+        words = elements(xml.etree.ElementTree.fromstring(file.read_text(encoding="utf-8")), "text")
+        caption = next(t for t in words if t.text.startswith("the tip"))
+        expect(caption.text.endswith("\u2026, \u00d7 3"), f"caption: {caption.text}")
+
+
 def browser(folder):
     """Chromium shows what the picture shows, but for the edges of letters."""
     if "--browser" not in sys.argv:
@@ -222,7 +235,7 @@ with temporary_folder() as name:
     (folder / "swing.toml").write_text(SCENE)
     (folder / "plain.toml").write_text(SCENE[SCENE.index("[render]") :].replace('channels = ["vector"]\n', ""))
     run("run", folder / "swing.toml", "-o", folder / "out", "--no-video", "--no-error-estimate", "--no-effect-check")
-    for part in (vector, again, others, paper, browser):
+    for part in (vector, again, others, paper, captions, browser):
         print(f"== {part.__name__}", flush=True)
         part(folder)
 finish()

@@ -288,6 +288,93 @@ TEST_F(RenderMesh, OtherFormats) {
   EXPECT_EQ(ply.triangles.size(), 2u);
 }
 
+// A number as a binary file has it.
+template <class T>
+std::string raw(T value, bool big) {
+  std::string bytes(reinterpret_cast<const char*>(&value), sizeof value);
+  if (big) std::reverse(bytes.begin(), bytes.end());
+  return bytes;
+}
+
+// A pyramid over a square with more than its corners and faces, in both byte orders.
+std::string binary_pyramid(bool big) {
+  std::string out = fmt::format(
+      "ply\r\nformat binary_{}_endian 1.0\r\ncomment made here\r\nelement vertex 5\r\nproperty double x\r\nproperty double y\r\n"
+      "property double z\r\nproperty uchar red\r\nproperty uint8 green\r\nproperty uchar blue\r\nproperty list ushort short near\r\n"
+      "element face 5\r\nproperty int flags\r\nproperty list uint uint vertex_index\r\nelement edge 1\r\nproperty float length\r\n"
+      "end_header\r\n",
+      big ? "big" : "little");
+  const double corners[5][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0.5, 0.5, 1e-9 + 1.0}};
+  for (const auto& c : corners) {
+    for (const double v : c) out += raw(v, big);
+    for (const int v : {255, 51, 0}) out += static_cast<char>(v);
+    out += raw(std::uint16_t{2}, big) + raw(std::int16_t{-1}, big) + raw(std::int16_t{7}, big);
+  }
+  for (const std::vector<std::uint32_t>& f :
+       std::vector<std::vector<std::uint32_t>>{{3, 2, 1, 0}, {0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}}) {
+    out += raw(std::int32_t{-5}, big) + raw(static_cast<std::uint32_t>(f.size()), big);
+    for (const std::uint32_t v : f) out += raw(v, big);
+  }
+  return out + raw(1.0f, big);
+}
+
+TEST_F(RenderMesh, PlyOfAllForms) {
+  for (const bool big : {false, true}) {
+    const std::string text = binary_pyramid(big);
+    const Mesh mesh = read_mesh(file("a.ply", text));
+    ASSERT_EQ(mesh.positions.size(), 5u);
+    EXPECT_EQ(mesh.positions[4], glm::dvec3(0.5, 0.5, 1e-9 + 1.0));  // no digit is lost
+    EXPECT_EQ(mesh.triangles.size(), 6u);
+    ASSERT_EQ(mesh.colors.size(), 5u);
+    EXPECT_NEAR(mesh.colors[2].g, 0.2f, 1e-6f);
+    // Cut anywhere it is refused; assimp crashed. The last number is an edge's.
+    for (std::size_t size = 1; size < text.size(); ++size) EXPECT_THROW(read_mesh(file("cut.ply", text.substr(0, size))), MeshError);
+  }
+  const std::string places = "property float x\nproperty float y\nproperty float z\n";
+  const std::string header = "ply\nformat ascii 1.0\n", list = "property list uchar int vertex_indices\n";
+  // Faces before the corners, numbers in other words, strips.
+  const Mesh before = read_mesh(file("b.ply", header + "element face 1\n" + list + "element vertex 4\n" + places +
+                                                  "end_header\n4 0 1 2 3\n+0 0. 0\n1 0 1e-400\n1.0e0 1 0\n0 1 0\n"));
+  EXPECT_DOUBLE_EQ(area(before), 1.0);
+  const Mesh strips = read_mesh(file("s.ply", header + "element vertex 4\n" + places + "element tristrips 1\n" + list +
+                                                  "end_header\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n8 0 1 2 3 -1 0 1 2\n"));
+  ASSERT_EQ(strips.triangles.size(), 3u);
+  EXPECT_EQ(strips.triangles[1], glm::ivec3(1, 3, 2));
+  const std::string four = header + "element vertex 4\n" + places + "element face 1\n" + list + "end_header\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n";
+  for (const char* face : {"3 0 1 4\n", "3 0 1 -1\n", "3 0 1 0.5\n", "-3 0 1 2\n", "3 0 1\n", "3 0 1 x\n", "4000000000 0 1\n", ""})
+    EXPECT_THROW(read_mesh(file("f.ply", four + face)), MeshError) << face;
+  EXPECT_THROW(read_mesh(file("h.ply", "ply\nformat ascii 2.0\nelement vertex 99999999999999999999\nend_header\n")), MeshError);
+}
+
+TEST_F(RenderMesh, StlOfAllForms) {
+  std::string text = "solid Part One\n", binary = std::string("solid by a program").append(62, ' ') + raw(std::uint32_t{2}, false);
+  const float corners[2][9] = {{0, 0, 0, 1, 0, 0, 1, 1, 0}, {0, 0, 0, 1, 1, 0, 0, 1, 0}};
+  for (const auto& c : corners) {
+    text += "facet normal 0 0 1\nouter loop\n";
+    for (int k = 0; k < 3; ++k) text += fmt::format("vertex {} {} {}\n", c[3 * k], c[3 * k + 1], c[3 * k + 2]);
+    text += "endloop\nendfacet\n";
+    for (int k = 0; k < 3; ++k) binary += raw(0.0f, false);
+    for (const float v : c) binary += raw(v, false);
+    binary += std::string(2, '\0');
+  }
+  std::string loud = text + "endsolid Part One\n";
+  for (char& c : loud) c = static_cast<char>(std::toupper(c));
+  for (const std::string& bytes : {text + "endsolid Part One\n", loud, "\n " + text + "endsolid", binary, binary + "tail"}) {
+    const Mesh mesh = read_mesh(file("a.stl", bytes));
+    EXPECT_DOUBLE_EQ(area(mesh), 1.0);
+    EXPECT_TRUE(mesh.warnings.empty());
+  }
+  ASSERT_EQ(read_mesh(file("b.stl", text)).warnings.size(), 1u);  // no 'endsolid'
+  for (const std::string& bytes : {binary.substr(0, 150), std::string(60, 'x'), std::string("a text of another kind\n")}) {
+    try {
+      read_mesh(file("c.stl", bytes));
+      ADD_FAILURE() << bytes.size();
+    } catch (const MeshError& e) {
+      EXPECT_NE(std::string(e.what()).find("STL file"), std::string::npos) << e.what();
+    }
+  }
+}
+
 // assimp ends a line at a bare carriage return or a zero byte: a name that holds one made a vertex of its own of the rest, and the faces
 // point beyond the end.
 TEST_F(RenderMesh, ControlCharactersInNamesEndNoLine) {

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -175,6 +176,17 @@ TEST(ReduceNastran, ContinuationsByName) {
   EXPECT_EQ(model.spiders.size(), 2u);  // the bar beside its grids: its continuation was found
   EXPECT_EQ(wanted.spiders.size(), 0u);
   EXPECT_NE(bulk_refusal(grids + property + bar + "+XX          .1\n").find("goes on from no line before it"), std::string::npos);
+}
+
+// Cards that nobody knows here may be of the structure: a warning, once a name; those of heat, optimisation and plasticity are notes.
+TEST(ReduceNastran, UnknownCardsAreWarnedOf) {
+  const FeModel m = bulk(cantilever + "CMASS2,11,3.,2,2\nMFLUID,1,0\nMFLUID,2,0\nSNORM,2,,0.,0.,1.\nMATS1,1,,PLASTIC\nDVGRID,1,2\n");
+  EXPECT_EQ(std::count_if(m.warnings.begin(), m.warnings.end(),
+                          [](const std::string& w) { return w.find("MFLUID is not known and passed over") != std::string::npos; }),
+            1);
+  EXPECT_TRUE(says(m.warnings, "SNORM is not known"));
+  EXPECT_TRUE(says(m.notes, "MATS1 is ignored") && says(m.notes, "DVGRID is ignored"));
+  EXPECT_FALSE(says(m.warnings, "MATS1") || says(m.warnings, "DVGRID"));
 }
 
 // All that is wrong, each with its line.

@@ -82,6 +82,43 @@ TEST(ReduceWords, BlanksOfDirections) {
   EXPECT_EQ(m.materials.back().youngs_modulus, 2e11);
 }
 
+// A keyword line that ends with a comma goes on in Abaqus, not in CalculiX; comments, blank lines and tabs between words mean nothing.
+TEST(ReduceWords, KeywordsOfSeveralLines) {
+  const std::string section = "*SHELL SECTION,ELSET=E,MATERIAL=S\n.01\n", plain = strip(section);
+  for (const char* between : {"\n", "\n** of steel\n", "\n\n  \n", "\n** a\n\n** b, c\n"})
+    same(strip("*SHELL SECTION,ELSET=E," + std::string(between) + "MATERIAL=S\n.01\n"), plain, between);
+  same(strip("*SHELL SECTION,\nELSET=E,\n** of steel\nMATERIAL=S\n.01\n"), plain, "three lines");
+  same(strip("*SHELL\tSECTION\t,\tELSET\t=\tE,MATERIAL=S\t\n\t.01\n"), plain, "tabs");
+  same(strip("*SHELL SECTION,ELSET=E,MATERIAL=S,\n.01\n"), plain, "a comma behind the last parameter, then data");
+  const std::string masses = "*ELEMENT,TYPE=MASS,ELSET=P\n100,21\n*MASS,ELSET=P,\n3.\n";
+  same(strip(section + masses), strip(section + "*ELEMENT,TYPE=MASS,ELSET=P\n100,21\n*MASS,ELSET=P\n3.\n"), "then a number");
+  same(strip(section, "*BOUNDARY,\n** held too\n4,1,6\n"), strip(section, "*BOUNDARY\n4,1,6\n"), "then nodes");
+  same(strip(section, "*NSET,NSET=Q,\n19,20\n*BOUNDARY,\nQ,3,3\n"), strip(section, "*BOUNDARY\n19,3,3\n20,3,3\n"), "then a set");
+  same(strip(section, "*NSET,NSET=Q,\nGENERATE\n19,21\n*BOUNDARY\nQ,3,3\n"), strip(section, "*BOUNDARY\n19,3,3\n20,3,3\n21,3,3\n"),
+       "then a parameter without a value");
+  same(strip(section, "*NSET,NSET=Q,\n*NSET,NSET=R\n19\n*BOUNDARY\nR,3,3\n"), strip(section, "*BOUNDARY\n19,3,3\n"), "then a keyword");
+}
+
+// Ranges are those of the whole deck, wherever they stand; one that has nothing is told.
+TEST(ReduceWords, RangesBeforeWhatTheyName) {
+  const std::string section = "*SHELL SECTION,ELSET=E,MATERIAL=S\n.01\n", held = "*BOUNDARY\nQ,3,3\n";
+  const std::string plain = strip(section, "*NSET,NSET=Q\n19,20,21\n" + held);
+  same("*NSET,NSET=Q,GENERATE\n19,21\n" + strip(section, held), plain, "nodes");
+  same("*NSET,NSET=Q,GENERATE\n19,2000000000\n" + strip(section, held), plain, "more than there are");
+  same("*ELSET,ELSET=W,GENERATE\n1,12\n" + strip("*SHELL SECTION,ELSET=W,MATERIAL=S\n.01\n"), strip(section), "elements");
+  // Of a part that has an instance later, and from outside of it.
+  const std::string bar =
+      "*PART,NAME=P\n*NSET,NSET=Q,GENERATE\n1,2\n*NODE\n1,0,0,0\n2,0,1,0\n3,1,0,0\n4,1,1,0\n*ELSET,ELSET=E,GENERATE\n1,1\n"
+      "*ELEMENT,TYPE=S4\n1,1,3,4,2\n*SHELL SECTION,ELSET=E,MATERIAL=S\n.01\n*END PART\n*ASSEMBLY,NAME=A\n"
+      "*NSET,NSET=R,INSTANCE=I,GENERATE\n3,4\n*NSET,NSET=T,GENERATE\n1,4\n*INSTANCE,NAME=I,PART=P\n*END INSTANCE\n*END ASSEMBLY\n" +
+      steel;
+  const FeModel m = deck(bar + "*BOUNDARY\nI.Q,1,1\n");
+  EXPECT_EQ(m.constraints.size(), 2u);
+  EXPECT_EQ(deck(bar + "*BOUNDARY\nR,1,1\n").constraints.size(), 2u);
+  EXPECT_EQ(deck(bar + "*BOUNDARY\nT,1,1\n").constraints.size(), 4u);
+  EXPECT_TRUE(has(deck(strip(section, "*NSET,NSET=Q,GENERATE\n500,510\n" + held)).warnings, "node set 'Q' has no nodes"));
+}
+
 TEST(ReduceWords, SetsOfElementsNodes) {
   const std::string hold = "*BOUNDARY\nHELD,3,3\n1,1,6\n", by_numbers = "*NSET,NSET=HELD,GENERATE\n1,9\n";
   same(frame("*NSET,NSET=HELD,ELSET=FIRST\n", "0.,.1,1.", hold), frame(by_numbers, "0.,.1,1.", hold), "ELSET of another name");
