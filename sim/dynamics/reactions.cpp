@@ -57,7 +57,9 @@ template <class W>
 void leave_out_couplings(const Model& model, const W& work, int cluster, Reactions& out) {
   for (const int k : model.clusters[cluster].couplings)
     for (const CouplingRow::Term& term : model.couplings[k].terms) {
-      const auto S = work.parts[term.part].joint.S.col(term.rate).eval();
+      typename W::In::Twist S = work.parts[term.part].joint.S.col(term.rate);
+      // The coordinate of a screw is its angle: what acts on it is a moment about the axis.
+      if (model.parts[term.part].joint.kind == JointKind::screw) S.template head<3>().setZero();
       const double force = out.coupling[k] * coupling_factor(model, work, term);
       out.part[term.part] -= in_space(work, model.parts[term.part].joint.outboard, typename W::In::Twist(S * (force / S.squaredNorm())));
     }

@@ -105,12 +105,15 @@ void update_blocks(const Model& model, SignalWork& signals, double t) {
   for (size_t b = 0; b < model.blocks.size(); ++b) {
     const Block& block = model.blocks[b];
     if (block.sample > 0.0) continue;
-    const VecX u = block_inputs(model, block, signals, t), x = state(b);
-    if (passes_on(block)) {
-      signals.output[b] = block.C * x + block.D * u;
-      take_outputs(model, static_cast<int>(b), signals);
-    }
-    if (x.size() > 0) signals.zdot.segment(block.z0, x.size()) = block.A * x + block.B * u;
+    if (!passes_on(block)) continue;
+    signals.output[b] = block.C * state(b) + block.D * block_inputs(model, block, signals, t);
+    take_outputs(model, static_cast<int>(b), signals);
+  }
+  // A block that passes nothing on may stand before what it reads: rates come after all outputs.
+  for (const Block& block : model.blocks) {
+    if (block.sample > 0.0 || block.A.rows() == 0) continue;
+    signals.zdot.segment(block.z0, block.A.rows()) =
+        block.A * signals.z.segment(block.z0, block.A.rows()) + block.B * block_inputs(model, block, signals, t);
   }
 }
 
@@ -171,17 +174,29 @@ double first_margin(const StateFunction& function, const SignalWork& signals, do
   return function.expression.margin(0, t, readings(function, signals).data());
 }
 
-void sample_blocks(const Model& model, Work& work, double t) {
+void sample_blocks(Model& model, Work& work, double t) {
+  SignalWork& signals = work.signals;
+  std::vector<size_t> passing, waiting;
   for (size_t b = 0; b < model.blocks.size(); ++b) {
-    const Block& block = model.blocks[b];
-    if (block.sample == 0.0) continue;
-    const double periods = t / block.sample;
+    if (model.blocks[b].sample == 0.0) continue;
+    const double periods = t / model.blocks[b].sample;
     if (std::abs(periods - std::round(periods)) > 1e-9 * std::max(1.0, periods)) continue;
-    update_signals(model, work);
-    const VecX u = block_inputs(model, block, work.signals, t), x = work.signals.state[b];
-    work.signals.output[b] = block.C * x + block.D * u;
-    work.signals.state[b] = block.A * x + block.B * u;
+    (passes_on(model.blocks[b]) ? passing : waiting).push_back(b);
   }
+  // What follows from states alone is told first, so that every block reads what the others put out at this sample.
+  for (const size_t b : waiting) signals.output[b] = model.blocks[b].C * signals.state[b];
+  const auto inputs = [&](size_t b) {
+    update_signals(model, work);
+    hold_switches(model, work);
+    return block_inputs(model, model.blocks[b], signals, t);
+  };
+  for (const size_t b : passing) {
+    const Block& block = model.blocks[b];
+    const VecX u = inputs(b), x = signals.state[b];
+    signals.output[b] = block.C * x + block.D * u;
+    signals.state[b] = block.A * x + block.B * u;
+  }
+  for (const size_t b : waiting) signals.state[b] = model.blocks[b].A * signals.state[b] + model.blocks[b].B * inputs(b);
   update_signals(model, work);
 }
 
@@ -238,9 +253,18 @@ void switch_roundings(const Model& model, Work& work, std::vector<double>& round
   });
 }
 
-void hold_switches(Model& model, const Work& work) {
-  for (StateFunction& f : model.functions)
-    if (f.expression.has_switches()) f.expression.hold(work.time, readings(f, work.signals).data());
+void hold_switches(Model& model, Work& work) {
+  const auto hold = [&] {
+    for (StateFunction& f : model.functions)
+      if (f.expression.has_switches()) f.expression.hold(work.time, readings(f, work.signals).data());
+  };
+  hold();
+  // What a block passes on by the piece that it holds may be what the next one switches by.
+  for (const Block& block : model.blocks) {
+    if (block.sample > 0.0 || !passes_on(block)) continue;
+    update_signals(model, work);
+    hold();
+  }
 }
 
 void pass_switches(Model& model, const Work& work, const std::vector<bool>& ended) {

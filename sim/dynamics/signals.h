@@ -23,8 +23,9 @@ double function_value(const StateFunction& function, const SignalWork& signals, 
 // Positive while the first choice of the function that the motion makes stays as it is held, or stands where nothing is held.
 double first_margin(const StateFunction& function, const SignalWork& signals, double t);
 
-// Sampled blocks take their inputs: those whose period ends at t. Signals come first; afterwards they are anew.
-void sample_blocks(const Model& model, Work& work, double t);
+// Sampled blocks take their inputs, by the pieces that functions have there: those whose period ends at t. Signals come first; afterwards
+// they are anew.
+void sample_blocks(Model& model, Work& work, double t);
 // Sample times within (from, to), ascending; none where nothing is sampled.
 std::vector<double> sample_times(const Model& model, double from, double to);
 
@@ -33,7 +34,7 @@ std::vector<double> sample_times(const Model& model, double from, double to);
 int switch_count(const Model& model);
 void switch_margins(const Model& model, const Work& work, double* margin);
 void switch_roundings(const Model& model, Work& work, std::vector<double>& rounding);
-void hold_switches(Model& model, const Work& work);
+void hold_switches(Model& model, Work& work);
 void pass_switches(Model& model, const Work& work, const std::vector<bool>& ended);
 // The function to which a switch belongs.
 const StateFunction& switch_owner(const Model& model, int at);

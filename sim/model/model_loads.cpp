@@ -69,21 +69,38 @@ void add_contact(Model& model, const ForceDef& def, Load& load) {
   }
 }
 
-// Blocks in an order in which each that passes its input on comes after what it reads.
-void add_blocks(Model& model, const Scene& scene) {
-  const auto waits_for = [&](const BlockDef& def) {
-    std::vector<int> out;
-    if (def.D.isZero(0.0) || def.sample > 0.0) return out;
-    for (const auto& reads : def.reads)
-      for (const Reading& r : reads)
-        if (r.kind == Reading::block) out.push_back(r.index);
-    return out;
+std::vector<int> blocks_read(const BlockDef& def) {
+  std::vector<int> out;
+  for (const auto& reads : def.reads)
+    for (const Reading& r : reads)
+      if (r.kind == Reading::block) out.push_back(r.index);
+  return out;
+}
+
+// Sampled blocks in an order in which each comes after those whose output of the same sample it passes on, also by way of continuous
+// ones; in a circle of them one takes what was held.
+std::vector<int> sampled_order(const Scene& scene) {
+  std::vector<int> order;
+  std::vector<char> seen(scene.blocks.size(), 0);
+  const std::function<void(int)> place = [&](int k) {
+    if (seen[k]++ != 0) return;
+    const BlockDef& def = scene.blocks[k];
+    if (!def.D.isZero(0.0))
+      for (const int other : blocks_read(def)) place(other);
+    if (def.sample > 0.0) order.push_back(k);
   };
+  for (size_t k = 0; k < scene.blocks.size(); ++k)
+    if (scene.blocks[k].sample > 0.0) place(static_cast<int>(k));
+  return order;
+}
+
+// Continuous blocks in an order in which each that passes its input on comes after what it reads.
+std::vector<int> continuous_order(const Scene& scene) {
   std::vector<int> order;
   std::vector<char> state(scene.blocks.size(), 0);  // 1: being placed, 2: placed
   const std::function<void(int)> place = [&](int k) {
     const BlockDef& def = scene.blocks[k];
-    if (state[k] == 2) return;
+    if (def.sample > 0.0 || state[k] == 2) return;
     if (state[k] == 1)
       throw InputError(
           fmt::format("{}:{}: [[block]] '{}': its output waits for itself (an algebraic loop): it passes its input on at once and "
@@ -91,11 +108,18 @@ void add_blocks(Model& model, const Scene& scene) {
                       "denominator is of higher order, or a sampled block)",
                       scene.file.string(), def.line, def.name));
     state[k] = 1;
-    for (const int other : waits_for(def)) place(other);
+    if (!def.D.isZero(0.0))
+      for (const int other : blocks_read(def)) place(other);
     state[k] = 2;
     order.push_back(k);
   };
   for (size_t k = 0; k < scene.blocks.size(); ++k) place(static_cast<int>(k));
+  return order;
+}
+
+void add_blocks(Model& model, const Scene& scene) {
+  std::vector<int> order = sampled_order(scene);
+  for (const int k : continuous_order(scene)) order.push_back(k);
   for (const int k : order) {
     const BlockDef& def = scene.blocks[k];
     Block block{k, {}, def.A, def.B, def.C, def.D, def.initial, def.sample, -1};

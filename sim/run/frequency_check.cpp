@@ -353,6 +353,17 @@ void compare_over_range(const FrequencyResponse& own, const FrequencyResponse& o
   }
 }
 
+// Of ascending values those next to each of `own`; one value or more.
+VecX nearest(const VecX& own, const VecX& values) {
+  VecX out(own.size());
+  Eigen::Index at = 0;
+  for (Eigen::Index i = 0; i < own.size(); ++i) {
+    while (at + 1 < values.size() && std::abs(values[at + 1] - own[i]) <= std::abs(values[at] - own[i])) ++at;
+    out[i] = values[at];
+  }
+  return out;
+}
+
 VecX as_vector(const std::vector<double>& values) {
   return Eigen::Map<const VecX>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
@@ -437,7 +448,9 @@ void tell_of_frequencies(const System& system, const Linearisation& linear, cons
   const double rest = 1e-6 * own[own.size() - 1];
   VecX by_shapes;
   for (const RicherBeams& r : richer) {
-    if (r.by == RicherBeams::By::further) continue;
+    // A beam that can lengthen bears another share of what presses it at its equilibrium.
+    const bool further = r.by == RicherBeams::By::further;
+    if (further && !wants_statics(system.scene)) continue;
     VecX other;
     try {
       other = undamped_frequencies(linearise(r.system));
@@ -445,6 +458,8 @@ void tell_of_frequencies(const System& system, const Linearisation& linear, cons
       continue;
     }
     if (r.by == RicherBeams::By::shapes) by_shapes = other;
+    // What lengthens has vibrations between the others.
+    if (further) other = nearest(own, other);
     Eigen::Index first = -1, last = -1;
     for (Eigen::Index i = 0; i < std::min(own.size(), other.size()); ++i) {
       if (own[i] <= rest || std::abs(own[i] - other[i]) <= asked * other[i] || (r.few_shapes && own[i] < other[i])) continue;

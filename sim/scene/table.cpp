@@ -4,27 +4,41 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace flexframe::sim {
+namespace {
+
+// The last point becomes the first one again, a period later. A table that ends there but for the digits in which it is written is as long
+// as its period: a point so close beside the closing one would hold the curve level there, or bend it without bound.
+void close_after(double period, std::vector<double>& x, std::vector<double>& y) {
+  constexpr double digits_of_places = 1e-3, digits_of_values = 1e-6;  // relative to the steps of the table, to the range of its values
+  const double length = x.back() - x.front(), beyond = length - period;
+  const double step = std::min(x[1] - x[0], x[x.size() - 1] - x[x.size() - 2]);
+  if (std::abs(beyond) <= digits_of_places * step) {
+    const auto [low, high] = std::minmax_element(y.begin(), y.end());
+    if (!(std::abs(y.back() - y.front()) <= digits_of_values * (*high - *low)))
+      throw InputError(
+          fmt::format("a table as long as its period must end with the value it starts with, {}; found {}", y.front(), y.back()));
+    x.pop_back();
+    y.pop_back();
+  } else if (beyond > 0.0) {
+    throw InputError(fmt::format("the period {} is shorter than the table, {}", period, length));
+  }
+  x.push_back(x.front() + period);
+  y.push_back(y.front());
+}
+
+}  // namespace
+
 CubicTable::CubicTable(std::vector<double> x, std::vector<double> y, std::optional<double> period)
     : x_(std::move(x)), y_(std::move(y)), period_(period.value_or(0.0)) {
   if (x_.size() < 2 || x_.size() != y_.size()) throw InputError(fmt::format("a table needs two points or more, found {}", x_.size()));
   for (size_t i = 1; i < x_.size(); ++i)
     if (!(x_[i] > x_[i - 1]))
       throw InputError(fmt::format("the first numbers of a table must ascend: point {} has {} after {}", i + 1, x_[i], x_[i - 1]));
-  if (period_ > 0.0) {
-    if (!(period_ >= x_.back() - x_.front()))
-      throw InputError(fmt::format("the period {} is shorter than the table, {}", period_, x_.back() - x_.front()));
-    if (period_ == x_.back() - x_.front()) {
-      if (y_.back() != y_.front())
-        throw InputError(
-            fmt::format("a table as long as its period must end with the value it starts with, {}; found {}", y_.front(), y_.back()));
-    } else {
-      x_.push_back(x_.front() + period_);
-      y_.push_back(y_.front());
-    }
-  }
+  if (period_ > 0.0) close_after(period_, x_, y_);
 
   m_ = spline_curvatures(x_, y_, period_ > 0.0);
 }

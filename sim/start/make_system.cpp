@@ -53,6 +53,7 @@ void build(System& system) {
   system.work = make_work(system.model);
   system.notes = system.model.notes;
   check_motions(system.model, system.scene, system.notes);
+  check_tables(system.scene, system.notes);
   for (TimeFunction& e : system.model.expressions) {
     const std::vector<double> switches = e.switch_times(0.0, system.scene.simulation.duration);
     const double end = switches.empty() ? system.scene.simulation.duration : switches.front();

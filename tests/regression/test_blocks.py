@@ -107,6 +107,39 @@ def sampled(folder):
     off(h["x"][::2], x, 1e-8, "a sampled sum beside a continuous damper")
 
 
+def read_one_another(folder):
+    """Whatever order blocks stand in: each reads what the others put out at that very time."""
+    T = 0.02
+    lag = '[[block]]\nname = "lag"\nkind = "transfer-function"\ninput = "gain"\nnumerator = [1]\ndenominator = [0.2, 1]\n'
+    gain = '[[block]]\nname = "gain"\nkind = "state-space"\ninput = "10*sin(20*t) - lag"\nD = [[3]]\n'
+    h = simulate(folder, plant + lag + gain + push % "lag")
+    y = integral(lambda t, y: [y[1], y[2] / 2, (3 * (10 * math.sin(20 * t) - y[2]) - y[2]) / 0.2], [0, 0, 0], h["t"])
+    off(h["x"], y[0], 1e-7, "a lag before the gain that it reads")
+    # A counter reads itself; what it has counted to is passed on at once by another, which stands before it or behind.
+    counter = f'[[block]]\nname = "n"\nkind = "state-space"\ninput = "n < 3.5 ? n + 1 : 0"\nA = [[0]]\nB = [[1]]\nC = [[1]]\n'
+    counter += f"initial = [1]\nsample = {T}\ndiscrete = true\n"
+    twice = f'[[block]]\nname = "twice"\nkind = "state-space"\ninput = "third > 4 ? 0 : 2*third"\nD = [[1]]\nsample = {T}\n'
+    third = f'[[block]]\nname = "third"\nkind = "state-space"\ninput = "max(n, 1)"\nD = [[1]]\nsample = {T}\n'
+    n, x, v = 1, [0.0], [0.0]
+    for k in range(150):
+        u = 2 * max(n, 1) / 2 if n <= 4 else 0.0
+        x.append(x[-1] + T * v[-1] + 0.5 * T * T * u)
+        v.append(v[-1] + T * u)
+        n = n + 1 if n < 3.5 else 0
+    for blocks in (counter + twice + third, twice + third + counter, third + counter + twice):
+        off(simulate(folder, plant + blocks + push % "twice")["x"][::2], x, 1e-8, "sampled blocks that read one another")
+    # By which piece it reads counts at the very start too: a relay with memory, moved on by its samples alone.
+    relay = '[[block]]\nname = "relay"\nkind = "state-space"\ninput = "x > 0.1 ? -1 : (x < -0.1 ? 1 : relay)"\n'
+    relay += f"A = [[0]]\nB = [[1]]\nC = [[1]]\ninitial = [1]\nsample = {T}\ndiscrete = true\n"
+    h = simulate(folder, (simulation % 3 + cart + rail % "initial = { value = 0.2 }" + seen) + relay + push % "20*relay")
+    s, x, v = 1.0, [0.2], [0.0]
+    for k in range(150):
+        u, s = 10 * s, -1.0 if x[-1] > 0.1 else 1.0 if x[-1] < -0.1 else s
+        x.append(x[-1] + T * v[-1] + 0.5 * T * T * u)
+        v.append(v[-1] + T * u)
+    off(h["x"][::2], x, 1e-7, "a relay with memory")
+
+
 def balances(folder):
     """The cart of the examples keeps its flexible pendulum upright and comes back."""
     run("simulate", examples / "cart_pendulum.toml", "-o", folder / "r.h5", "--csv", folder / "h.csv")
@@ -138,4 +171,4 @@ def wrong_words(folder):
     )
 
 
-run_parts(continuous, sampled, read_where_samples_fall, balances, wrong_words)
+run_parts(continuous, sampled, read_one_another, read_where_samples_fall, balances, wrong_words)

@@ -169,6 +169,23 @@ def elastic_shafts(folder):
     off(h["held"], mean + two / (one + two) * twist, 2e-5, "the other end of the shaft")
 
 
+def screws(folder):
+    """What turns a screw joint by way of a coupling is a moment about its axis: no part of the joint's reaction."""
+    m, J, J2, k, T = 3.0, 0.02, 0.5, 0.4, 0.7
+    for p in (0.05, -0.6, 4.0):
+        scene = simulation % (1, "[0, 0, 0]") + wheel("nut", J, m) + wheel("fly", J2)
+        scene += joint("thread", "screw", "ground", "nut", f"axis = [0, 0, 1]\npitch = {p}") + joint("shaft", "revolute", "ground", "fly")
+        scene += '[[coupling]]\nname = "teeth"\nkind = "linear"\n'
+        scene += f'terms = [{{ joint = "thread", factor = 1 }}, {{ joint = "shaft", factor = {k} }}]\n' + torque("fly", T)
+        scene += value("R", "thread", "reaction") + value("C", "teeth", "force") + value("thread")
+        h = simulate(folder, scene)
+        a = -k * T / (J2 + k * k * (J + m * p * p))
+        off(h["thread"], 0.5 * a * h["t"] ** 2, 1e-7, "a geared screw")
+        off(h["C.1"], (J + m * p * p) * a + 0 * h["t"], 1e-7, "the moment on a geared screw")
+        off(h["R.z"], m * p * a + 0 * h["t"], 1e-7, "the thread's force along a geared screw")
+        off(h["R.mz"], -p * m * p * a + 0 * h["t"], 1e-7, "the thread's moment about a geared screw")
+
+
 def wrong_words(folder):
     text = (
         simulation % (1, "[0, 0, 0]")
@@ -200,4 +217,4 @@ def wrong_words(folder):
     )
 
 
-run_parts(gears, planets, straight, differentials, geared_five_bar, elastic_shafts, wrong_words)
+run_parts(gears, planets, straight, differentials, geared_five_bar, elastic_shafts, screws, wrong_words)

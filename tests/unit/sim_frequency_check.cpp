@@ -78,6 +78,33 @@ TEST(FrequencyCheck, WarningsNameTheRightFrequency) {
   EXPECT_NEAR(std::stod(told.warnings[0].substr(to + 7)) / timoshenko(0.1, 6), 1.0, 5e-3) << told.warnings[0];
 }
 
+// A beam between a hinge and a carriage on a preloaded spring: what lengthens takes only a share of the preload.
+TEST(FrequencyCheck, LengtheningSharesThePreloadOfASpring) {
+  const double E = 2.1e11, height = 0.004, area = 0.02 * height, preload = 16.0, I = area * height * height / 12.0;
+  for (const double stiffer : {0.01, 3.0}) {
+    const double stiffness = stiffer * E * area;
+    const std::string scene = std::string(head(1, Vec3::Zero())).append("start = \"static\"\n[ground]\nframes = { far = [1, 0, 0] }\n") +
+                              "[[body]]\nname = \"b\"\nkind = \"beam\"\nlength = 1\nelements = 20\n"
+                              "section = { shape = \"rectangle\", width = 0.02, height = 0.004 }\n"
+                              "material = { density = 7850, youngs_modulus = 2.1e11 }\n"
+                              "[[body]]\nname = \"car\"\nkind = \"rigid\"\nmass = 0.1\ninertia = [1, 1, 1]\n" +
+                              joint("left", "revolute", "ground", "b", "") +
+                              joint("slide", "prismatic", "ground.far", "car",
+                                    fmt::format("axis = [1, 0, 0]\nspring = {{ stiffness = {}, preload = {} }}", stiffness, -preload)) +
+                              joint("right", "revolute", "car", "b.tip", "");
+    const Told told = told_of(scene, height);
+    const double pull = preload / (1.0 + stiffness / (E * area));
+    const double first = 0.5 * std::sqrt((E * I * pi * pi + pull) / (7850 * area));
+    ASSERT_EQ(told.warnings.size(), stiffer > 1.0 ? 1u : 0u) << stiffer;
+    if (told.warnings.empty()) continue;
+    const std::string& warning = told.warnings[0];
+    EXPECT_NE(warning.find("with lengthening and twist"), std::string::npos) << warning;
+    const size_t to = warning.find(" Hz to ");
+    ASSERT_NE(to, std::string::npos) << warning;
+    EXPECT_NEAR(std::stod(warning.substr(to + 7)) / first, 1.0, 2e-3) << warning;
+  }
+}
+
 // A push along the axis of a beam without lengthening: its response is nothing, which a warning says.
 TEST(FrequencyCheck, ResponsesAlongTheAxisNeedLengthening) {
   const std::string scene = head(1, Vec3::Zero()) +

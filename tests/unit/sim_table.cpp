@@ -48,6 +48,20 @@ TEST(Table, ClosesSmoothlyWithAPeriodAndConvergesWithOrderFour) {
   }
 }
 
+// Tables end at their period but for the digits in which both are written; the seam is as smooth as the rest.
+TEST(Table, EndsAtItsPeriodButForDigits) {
+  for (const double off : {0.0, 1e-15, -1e-15, 3e-8, -3e-8, 2e-5, -2e-5}) {
+    const double period = 2 * std::numbers::pi;
+    std::vector<double> x, y;
+    for (int i = 0; i <= 48; ++i) x.push_back(0.3 + (period + off) * i / 48), y.push_back(std::sin(0.3 + period * i / 48));
+    const CubicTable table(x, y, period);
+    for (double t = -10; t < 10; t += 0.013) EXPECT_NEAR(table.value(t), std::sin(t), std::abs(off) + 2e-6) << off;
+    EXPECT_NEAR(table.jet(x.front()).rate, std::cos(0.3), 1e-4) << off;
+  }
+  EXPECT_THROW(CubicTable({0, 1, 2, 3}, {1, 2, 3, 1.1}, 3.0 + 1e-9), InputError);
+  EXPECT_THROW(CubicTable({0, 1, 2, 3}, {1, 2, 3, 1}, 2.99), InputError);
+}
+
 TEST(Table, RefusesWhatIsNoFunction) {
   EXPECT_THROW(CubicTable({0}, {1}, {}), InputError);
   EXPECT_THROW(CubicTable({0, 1, 1}, {1, 2, 3}, {}), InputError);
@@ -66,6 +80,24 @@ Results run(const std::string& text) {
 const char* disc =
     "[[body]]\nname = \"disc\"\nkind = \"rigid\"\nmass = 1\ninertia = [1, 1, 2]\n"
     "[[joint]]\nname = \"shaft\"\nkind = \"revolute\"\nparent = \"ground\"\nchild = \"disc\"\n";
+
+// A step between points that lie close together makes the curve swing far beyond them.
+TEST(Table, TellsWhereItsCurveLeavesItsValues) {
+  const auto warns = [](const std::string& table) {
+    const Results r =
+        run(std::string("[simulation]\nduration = 1\n") + disc +
+            "[[force]]\nname = \"push\"\nkind = \"torque\"\non = \"disc\"\ndirection = [0, 0, 1]\nvalue = { table = " + table + " }\n");
+    const std::vector<std::string> told = r.statistics.notes.texts(Severity::warning);
+    return std::any_of(told.begin(), told.end(),
+                       [](const std::string& s) { return s.find("'push': the smooth curve") != std::string::npos; });
+  };
+  EXPECT_TRUE(warns("[[0, 0], [0.5, 0], [0.5001, 1], [1, 1]]"));
+  EXPECT_TRUE(warns("[[0, 0], [0.1, 1], [0.9, 1], [1, 0]]"));  // a cubic through four points: up to 2.8
+  EXPECT_TRUE(warns("[[0, 0], [0.1, 1], [0.9, 1]], period = 1"));
+  EXPECT_FALSE(warns("[[0, 0], [0.2, 0], [0.4, 0], [0.6, 1], [0.8, 1], [1, 1]]"));
+  EXPECT_FALSE(warns("[[0, 0], [0.5, 1], [1, 0]]"));
+  EXPECT_FALSE(warns("[[0, 0], [0.25, 1], [0.5, 0], [0.75, -1]], period = 1"));
+}
 
 // A prescribed parabola: its value, rate and drive torque J a.
 TEST(Table, PrescribesAMotion) {
