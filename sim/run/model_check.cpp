@@ -439,8 +439,7 @@ BendingWorth check_bending(const Scene& scene, const std::vector<EffectState>& s
     const double share = found->share / (1.0 - std::pow(static_cast<double>(l.pieces) / volumes, 2));
     largest_share = std::max(largest_share, share);
     const std::string owner = fmt::format("body '{}'", scene.bodies[l.body].name);
-    const std::string turned = fmt::format("bends by up to {:.2g} degrees within {} (t = {:.4g} s)", l.turn * 180.0 / std::numbers::pi,
-                                           l.pieces > 1 ? "one of its volumes" : "its frame", l.when);
+    const std::string turned = far_words(l, l.pieces > 1 ? "one of its volumes" : "its frame");
     if (share > options.asked) {
       const int enough = static_cast<int>(std::ceil(l.pieces * std::max(1.5, std::sqrt(1.5 * share / options.asked))));
       out.notes.warn(owner, fmt::format("{}, too far for linear displacements: with {} volumes {} changes by {:.2g} of its range; take "

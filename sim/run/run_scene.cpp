@@ -158,8 +158,7 @@ Results simulate_at(std::optional<double> tolerance, const Scene& scene, const S
         !system.model.contacts.empty() || std::any_of(scene.joints.begin(), scene.joints.end(), [](const JointDef& j) { return j.stop; });
     bool touched = false;
     size_t sample = 0, next = 0, recorded = 0;
-    bool at_rest = judge && wants_statics(scene);
-    std::vector<PulledBeam> pulled;
+    PulledBeams pulled(system, times.size());
     RunSpan span = whole_run(scene.simulation, times);
     const SolverStatistics statistics = integrate(
         system, options.method.value_or(scene.simulation.method), span, {options.progress, steps_allowed(scene, options), options.tell},
@@ -167,10 +166,12 @@ Results simulate_at(std::optional<double> tolerance, const Scene& scene, const S
           recorder.record(s, t, y);
           require_sample_closed(s, recorder.in_plane());
           ranges.look(s, t);
-          const bool reactions = open.wants(recorded++, times.size()), judged = next < looks.size() && looks[next] == sample++;
-          if (recorder.in_plane() && (reactions || judged || at_rest)) set_state(s, t, y.data(), false);
-          if (std::exchange(at_rest, false)) pulled = pulled_beams(s, t, y);
+          const bool reactions = open.wants(recorded, times.size()), judged = next < looks.size() && looks[next] == sample++,
+                     pulls = pulled.wants(recorded);
+          if (recorder.in_plane() && (reactions || judged || pulls)) set_state(s, t, y.data(), false);
           if (reactions) open.look(s);
+          if (pulls) pulled.look(s, t, y, recorded);
+          ++recorded;
           if (judged) left_out->look(s, t, y), ++next;
           if (judged && strikes) touched = touched || !find_touched(s, t, y).empty();
         },
@@ -190,7 +191,7 @@ Results simulate_at(std::optional<double> tolerance, const Scene& scene, const S
       for (LeftOutWorth& w : left_out->worth(results, wants_statics(scene)))
         if (!scene.outputs.empty() || w.share > 0.0) (is_deformation(w) ? alone.left_out : alone.to_measure).push_back(std::move(w));
     alone.limits = linear_limits(scene, system.model, results);
-    give_way(scene, pulled, results, alone.limits);
+    pulled.count(scene, results, wants_statics(scene), alone.limits);
     alone.unstiffened = without_second_order(system.model, scene);
     return results;
   });
