@@ -221,7 +221,7 @@ bool of_eigenforms(const Scene& scene, const LeftOutWorth& w) {
 
 void measure_what_shifts(const Scene& scene, const SolverStatistics& run, double asked, Alone& alone) {
   const auto shifts = [&](const LeftOutWorth& w) {
-    return (run.events > 0 && w.possible && (alone.blows_unseen || w.share > may_shift_events) &&
+    return (run.events > 0 && w.possible && (alone.blows_unseen || w.share > may_shift_events || w.blow > may_shift_events) &&
             (w.share < asked || of_eigenforms(scene, w))) ||
            shifts_forces(w, asked);
   };
@@ -244,6 +244,10 @@ void warn_of_unmeasured(std::vector<LeftOutWorth>& worth, long events, bool blow
       notes.tell("", fmt::format("{} of '{}' left out: {:.1g} of the range of {} along this motion; what it shifts beyond that was not "
                                  "measured, as the error of the time integration would hide it",
                                  w.effect, fmt::join(w.owners, "', '"), w.share, w.column.empty() ? "the outputs" : w.column));
+    else if (events > 0 && w.blow > unasked_accuracy && w.share <= may_shift_events)
+      notes.warn("", fmt::format("{} of '{}' is left out: where bodies strike it would take up about {:.1g} of the blow, and what that "
+                                 "changes was not measured; add \"{}\" to 'effects', or measure it with flexframe effects",
+                                 w.effect, fmt::join(w.owners, "', '"), w.blow, w.effect));
     else if (events > 0 && w.share > may_shift_events)
       notes.warn("", fmt::format("{} of '{}' is left out: its influence along this motion is {:.1g} of the range of {}, but it also shifts "
                                  "when friction reverses or bodies touch, and its influence may be several times that; add \"{}\" to "
