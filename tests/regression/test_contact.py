@@ -210,8 +210,9 @@ def exchanged(folder):
 
 
 def elastic_rods_strike(folder):
-    """Two rods of Z = EA/c that meet by their ends: the spring k between them passes waves on, F = Z v/2 (1 - exp(-2 k t/Z)), and the far end
-    of the one that strikes goes on with v exp(-2 k (t - L/c)/Z). Rigid it was 0.14 v off, and no influence of its stretching was told."""
+    """Two rods of Z = EA/c that meet by their ends: the spring k between them passes waves on, F = Z v/2 (1 - exp(-2 k t/Z)), and the far
+    end of the one that strikes goes on with v exp(-2 k (t - L/c)/Z). Rigid it was 0.14 v off, and no influence of its stretching was
+    told."""
     E, density, d, v, gap = 2e11, 7800.0, 0.01, 1.0, 1e-3
     A, c = math.pi * d * d / 4, math.sqrt(E / density)
     k = 0.3 * E * A
