@@ -85,7 +85,7 @@ struct Followed {
   void find_what_lacks();
   bool hopeless();
   bool too_dear_in_time();
-  bool bends_too_far() const;
+  bool bends_too_far(double error) const;
   double looser_than(double tolerance) const;
   bool settle_time(double timely);
   void judge_space();
@@ -350,10 +350,10 @@ bool Followed::too_dear_in_time() {
   return true;
 }
 
-// Whether more modes in one frame would not do.
-bool Followed::bends_too_far() const {
+// Whether more modes in one frame would not do, and what they lack, of an error of so much, is little beside that.
+bool Followed::bends_too_far(double error) const {
   return out.judged && std::any_of(out.judged->limits.begin(), out.judged->limits.end(),
-                                   [&](const LinearLimit& l) { return l.error() > 2.0 * t.accuracy; });
+                                   [&](const LinearLimit& l) { return l.error() > std::max(2.0 * t.accuracy, 0.5 * error); });
 }
 
 void Followed::judge_space() {
@@ -502,10 +502,8 @@ std::optional<Finished> finish_followed(Task& t, double limit) {
       }
       if (!t.straight) f.judge_space();
       else if (!f.only_time && !f.judge_all_at_once() && f.total(0.3 * f.time) > t.accuracy) {
-        if (f.hopeless() || f.bends_too_far()) {
-          f.total(f.time);
-          break;
-        }
+        const double error = f.total(f.time);
+        if (f.hopeless() || f.bends_too_far(error)) break;
         f.find_what_lacks();
       }
       lacking = largest(f.space);

@@ -65,7 +65,7 @@ class Straight {
   std::optional<Finished> follow_first();
   std::optional<Finished> try_following();
   bool bring_what_shifts();
-  bool bring(double worth);
+  bool bring(double worth, bool blows = false);
   bool judge_space();
   bool judge_by_quarter();
   bool judge_by_doubled();

@@ -29,7 +29,7 @@ bool Straight::judge_deformations(bool following) {
   effects_ = 0.0;
   shares_.clear();
   for (const LeftOutWorth& w : run_.left_out) {
-    if (t_.search.touches && w.possible && w.share > may_shift_events) return false;
+    if (t_.search.touches && w.possible && std::max(w.share, w.blow) > may_shift_events) return false;
     if (following && chosen_by_scene(w)) continue;
     if (w.share > 0.5 * t_.accuracy) return false;
     if (decided(w)) leave({w.effect, w.owners, w.share, w.columns});
@@ -60,14 +60,14 @@ bool Straight::judge_effects(bool following) { return judge_deformations(followi
 
 // Deformations that may not be left out because events shift with them come, before a search begins that would bring them too; whether
 // there were any.
-bool Straight::bring_what_shifts() { return t_.search.touches && bring(may_shift_events); }
+bool Straight::bring_what_shifts() { return t_.search.touches && bring(may_shift_events, true); }
 
 // Deformations that the program left out and that are worth more come on; whether there were any. What one beam has may change what the
 // program decides for another (two beams in a loop whose length only one of them has to give), which then is pinned.
-bool Straight::bring(double worth) {
+bool Straight::bring(double worth, bool blows) {
   bool more = false;
   for (const LeftOutWorth& w : run_.left_out) {
-    if (!w.possible || w.share <= worth || !decided(w)) continue;
+    if (!w.possible || std::max(w.share, blows ? w.blow : 0.0) <= worth || !decided(w)) continue;
     const std::vector<EffectState> states = t_.search.states;
     for (const EffectState& s : states)
       if (!pinned_.contains({s.owner, s.effect}) && s.effect == w.effect && by_program(s) &&

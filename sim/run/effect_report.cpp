@@ -418,11 +418,12 @@ void report_left_out(const Scene& scene, const std::vector<LeftOutWorth>& found,
 
 bool call_for(const std::vector<LeftOutWorth>& found, double asked, Scene& scene, Notes& notes) {
   std::vector<LeftOutWorth> counted_in;
+  bool called = false;
   // The smallest stay out as long as all of them together are worth less than a third of what counts.
   double together = 0.0;
   for (auto f = found.rbegin(); f != found.rend(); ++f) {  // NOLINT(modernize-loop-convert): from the last to the first
     together += f->share;
-    if (!f->possible || together <= asked * (worth_leaving_out / 1e-2)) continue;
+    if (!f->possible || (together <= asked * (worth_leaving_out / 1e-2) && f->blow <= asked)) continue;
     std::vector<std::string> taken;
     for (const std::string& owner : f->owners)
       for (BodyDef& body : scene.bodies) {
@@ -438,12 +439,18 @@ bool call_for(const std::vector<LeftOutWorth>& found, double asked, Scene& scene
         beam->chosen.effects = true;
         taken.push_back(owner);
       }
-    if (!taken.empty()) merge(counted_in, {f->effect, taken, true, f->share, f->column}, [](const LeftOutWorth&) { return true; });
+    if (taken.empty()) continue;
+    if (f->share > asked * (worth_leaving_out / 1e-2) || f->blow <= asked)
+      merge(counted_in, {f->effect, taken, true, f->share, f->column}, [](const LeftOutWorth&) { return true; });
+    else
+      notes.tell("", fmt::format("{} of {} switched on: where bodies strike it takes up about {:.2g} of the blow", f->effect, quoted(taken),
+                                 f->blow));
+    called = true;
   }
   for (const LeftOutWorth& f : counted_in)
     notes.tell("", fmt::format("{} of {} switched on: a run without it showed an influence of {} {:.2g} of the range of {}", f.effect,
                                quoted(f.owners), f.owners.size() > 1 ? "up to" : "about", f.share, f.column));
-  return !counted_in.empty();
+  return called;
 }
 
 std::string neglect_text(const Scene& scene, const Neglected& n) {

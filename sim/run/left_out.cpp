@@ -1,6 +1,7 @@
 #include "sim/run/left_out.h"
 
 #include "sim/bodies/normal_modes.h"
+#include "sim/dynamics/contacts.h"
 #include "sim/dynamics/directions.h"
 #include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/kinematics.h"
@@ -463,6 +464,7 @@ void LeftOut::look(System& system, double t, const VecX& y) {
   const auto before = [&](double at) { return std::lower_bound(switches_.begin(), switches_.end(), at) - switches_.begin(); };
   sudden_.push_back(!times_.empty() && before(t) != before(times_.back()));
   times_.push_back(t);
+  pressed_.push_back(contact_energy(system.model, system.work));
   offset_.resize(model_.frames.size());
   pose_.resize(model_.frames.size());
   for (size_t f = 0; f < model_.frames.size(); ++f) {
@@ -479,6 +481,20 @@ void LeftOut::look(System& system, double t, const VecX& y) {
   for (Item& item : items_) follow(system, item, rest), follow_turning(system, item);
   follow_deformation(system);
   if (times_.size() % looks_a_vibration_look == 1) look_at_vibrations(system, t, y, rest);
+}
+
+double LeftOut::taken_of_blows(const Item& item) const {
+  if (pressed_.empty() || item.effect == "stiffening" || item.effect == "gyroscopic" || item.energy.size() != pressed_.size()) return 0.0;
+  const double most = *std::max_element(pressed_.begin(), pressed_.end());
+  constexpr double beginning = 0.1;
+  double before = std::numeric_limits<double>::infinity(), out = 0.0;
+  // What strains the beams beside blows is no part of them.
+  for (size_t k = 0; k < pressed_.size(); ++k)
+    if (pressed_[k] == 0.0) before = before < item.energy[k] || !std::isfinite(before) ? item.energy[k] : before;
+  for (size_t k = 0; k < pressed_.size(); ++k)
+    if (most > 0.0 && pressed_[k] > beginning * most && item.energy[k] > before)
+      out = std::max(out, (item.energy[k] - before) / (item.energy[k] - before + pressed_[k]));
+  return out;
 }
 
 LeftOut::Response LeftOut::response(const Item& item, const std::vector<double>& s, bool from_rest) const {
@@ -790,6 +806,7 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
     compare_shown(item, deformed["m"], found);
     if (found.share > by_looks) found.columns.resize(0);
     else found.columns = (found.columns.array() < 0.0).select(found.share, found.columns);
+    found.blow = taken_of_blows(item);
     const double missing = std::accumulate(item.energy.begin(), item.energy.end(), 0.0);
     if (unjudged && stored > 0.0 && missing > 0.0) found.inside = missing / (missing + stored);
     out.push_back(found);

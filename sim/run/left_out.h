@@ -40,6 +40,9 @@ struct LeftOutWorth {
   double reach = 0.0, shown = 0.0;
   // The share of every column of the outputs; empty: not known. What no look judges has the largest.
   VecX columns = {};
+  // Of a deformation where a contact is touched and left: what it would take up of a blow, U / (U + V), V what the contact stores. It lets
+  // the blow last longer and keeps part of it as vibration, also where it moves no output along the motion as it is.
+  double blow = 0.0;
 };
 
 class LeftOut {
@@ -108,6 +111,7 @@ class LeftOut {
   void follow_turning(const System& system, Item& item) const;
   // Share of an output that the sections' rotary inertia moves, as the mechanism turns with its beams.
   double turned_share(const Item& item, const Results& results) const;
+  double taken_of_blows(const Item& item) const;
   double energy_without(const Item& item, const std::vector<BothEnds>& changes) const;
   // What an item moves the columns of the outputs by, in their units, as it slows the mechanism's vibrations down over so many seconds.
   VecX slowed_vibrations(size_t item, double duration) const;
@@ -149,6 +153,7 @@ class LeftOut {
   std::vector<Vibrations> vibrations_;
   VecX farthest_ = VecX::Zero(3);                   // m, m/s, m/s^2: of what the vibrations move, at any look so far
   std::vector<double> times_, strain_, bent_mass_;  // a look: s; strain energy, J; sum m d^2 of the deformation, kg m^2
+  std::vector<double> pressed_;                     // a look: what contacts store, J
 };
 
 }  // namespace flexframe::sim

@@ -210,6 +210,7 @@ std::vector<LinearLimit> linear_limits(const Scene& scene, const Model& model, c
     if (squares > 0.0) {
       const VecX turn = signed_turn(body);
       const double swung = radians_swung(turn);
+      limit.swung = swung;
       limit.phase = growth.frequency * fourths / squares * swung;
       if (beam && pieces == 1 && growth.second_order && !rod && swung > 0.0)
         limit.phase = std::max(limit.phase, frequency_error(scene, *beam, body, results.times) * std::max(swung, radians_by_rates(turn)));
@@ -217,6 +218,15 @@ std::vector<LinearLimit> linear_limits(const Scene& scene, const Model& model, c
     out.push_back(limit);
   }
   return out;
+}
+
+std::string far_words(const LinearLimit& limit, const char* frame, bool when) {
+  constexpr double near_buckling = 0.5;  // errors at rest count twice
+  std::string out = fmt::format("bends by up to {:.2g} degrees within {}", limit.turn * 180.0 / std::numbers::pi, frame);
+  if (limit.pressed > near_buckling) out += fmt::format(", pressed by {:.2g} of what buckles it", limit.pressed);
+  if (limit.lacks_stretched() > 0.5 * limit.error())
+    out += fmt::format(", strained along its axis by up to {:.2g} %", 100.0 * limit.stretched);
+  return when ? out + fmt::format(" (t = {:.4g} s)", limit.when) : out;
 }
 
 bool call_large_bending(const std::vector<LinearLimit>& limits, double tolerated, Scene& scene, Notes& notes) {
@@ -233,9 +243,8 @@ bool call_large_bending(const std::vector<LinearLimit>& limits, double tolerated
     beam.chosen.effects = called = true;
     notes.tell(
         fmt::format("body '{}'", body.name),
-        fmt::format("large_bending switched on: it bends by up to {:.2g} degrees within its own frame, where displacements of second "
-                    "order are off by about {:.2g} of the deflection",
-                    limit.turn * 180.0 / std::numbers::pi, limit.error()));
+        fmt::format("large_bending switched on: it {}, where displacements of second order are off by about {:.2g} of the deflection",
+                    far_words(limit, "its own frame", false), limit.error()));
   }
   return called;
 }
@@ -247,8 +256,7 @@ void warn_of_linear_limits(const Scene& scene, const std::vector<LinearLimit>& l
     const BodyDef& body = scene.bodies[limit.body];
     const bool beam = std::holds_alternative<BeamDef>(body.kind);
     into.warn(fmt::format("body '{}'", body.name),
-              fmt::format("bends by up to {:.2g} degrees within its own frame (t = {:.4g} s), where linear displacements are {}: {}",
-                          limit.turn * 180.0 / std::numbers::pi, limit.when,
+              fmt::format("{}, where linear displacements are {}: {}", far_words(limit, "its own frame"),
                           error < 0.5 ? fmt::format("wrong by about {:.2g} % of the deflection", 100.0 * error) : "wrong",
                           !beam              ? "divide it into several bodies"
                           : limit.pieces > 1 ? "take more volumes"

@@ -16,6 +16,7 @@
 #include "sim/results/results.h"
 #include "sim/scene/scene.h"
 
+#include <string>
 #include <vector>
 
 namespace flexframe::sim {
@@ -27,10 +28,19 @@ struct LinearLimit {
   double at_rest = 0.0;    // error of the deflection under a given load, relative
   double phase = 0.0;      // rad, of the body's vibration at the end of the run
   int pieces = 1;          // volumes it has
+  double swung = 0.0;      // rad, of the body's vibration in the run
   bool may_go_on = false;  // the effect large_bending is off and would make both errors vanish
+  // What the loads along a beam do (pressed_beams.h): the largest share of buckling, which is counted in already; the largest strain along
+  // its axis, and the share of its stiffness that one frame lacks by it.
+  double pressed = 0.0, stretched = 0.0, stretching = 0.0;
   // Error of what the body's deflection decides, relative to that.
-  double error() const { return at_rest + 0.5 * phase; }
+  double error() const { return at_rest + 0.5 * phase + lacks_stretched(); }
+  // Of it, what the strain along the axis makes: the frequency errs by half the share of the stiffness.
+  double lacks_stretched() const { return stretching * (1.0 + 0.25 * swung); }
 };
+
+// "bends by up to 3 degrees within its own frame, pressed by 0.9 of what buckles it (t = 2 s)"
+std::string far_words(const LinearLimit& limit, const char* frame, bool when = true);
 
 // Of every flexible body but lumped beams, whose pieces are rigid, as it moved in the results. Beams: the turn of the tangent (torsion
 // alone stays right); others: of the nodes.

@@ -158,8 +158,7 @@ Results simulate_at(std::optional<double> tolerance, const Scene& scene, const S
         !system.model.contacts.empty() || std::any_of(scene.joints.begin(), scene.joints.end(), [](const JointDef& j) { return j.stop; });
     bool touched = false;
     size_t sample = 0, next = 0, recorded = 0;
-    bool at_rest = judge && wants_statics(scene);
-    std::vector<PulledBeam> pulled;
+    PulledBeams pulled(system, times.size());
     RunSpan span = whole_run(scene.simulation, times);
     const SolverStatistics statistics = integrate(
         system, options.method.value_or(scene.simulation.method), span, {options.progress, steps_allowed(scene, options), options.tell},
@@ -167,10 +166,12 @@ Results simulate_at(std::optional<double> tolerance, const Scene& scene, const S
           recorder.record(s, t, y);
           require_sample_closed(s, recorder.in_plane());
           ranges.look(s, t);
-          const bool reactions = open.wants(recorded++, times.size()), judged = next < looks.size() && looks[next] == sample++;
-          if (recorder.in_plane() && (reactions || judged || at_rest)) set_state(s, t, y.data(), false);
-          if (std::exchange(at_rest, false)) pulled = pulled_beams(s, t, y);
+          const bool reactions = open.wants(recorded, times.size()), judged = next < looks.size() && looks[next] == sample++,
+                     pulls = pulled.wants(recorded);
+          if (recorder.in_plane() && (reactions || judged || pulls)) set_state(s, t, y.data(), false);
           if (reactions) open.look(s);
+          if (pulls) pulled.look(s, t, y, recorded);
+          ++recorded;
           if (judged) left_out->look(s, t, y), ++next;
           if (judged && strikes) touched = touched || !find_touched(s, t, y).empty();
         },
@@ -190,7 +191,7 @@ Results simulate_at(std::optional<double> tolerance, const Scene& scene, const S
       for (LeftOutWorth& w : left_out->worth(results, wants_statics(scene)))
         if (!scene.outputs.empty() || w.share > 0.0) (is_deformation(w) ? alone.left_out : alone.to_measure).push_back(std::move(w));
     alone.limits = linear_limits(scene, system.model, results);
-    give_way(scene, pulled, results, alone.limits);
+    pulled.count(scene, results, wants_statics(scene), alone.limits);
     alone.unstiffened = without_second_order(system.model, scene);
     return results;
   });
@@ -220,7 +221,7 @@ bool of_eigenforms(const Scene& scene, const LeftOutWorth& w) {
 
 void measure_what_shifts(const Scene& scene, const SolverStatistics& run, double asked, Alone& alone) {
   const auto shifts = [&](const LeftOutWorth& w) {
-    return (run.events > 0 && w.possible && (alone.blows_unseen || w.share > may_shift_events) &&
+    return (run.events > 0 && w.possible && (alone.blows_unseen || w.share > may_shift_events || w.blow > may_shift_events) &&
             (w.share < asked || of_eigenforms(scene, w))) ||
            shifts_forces(w, asked);
   };
@@ -243,6 +244,10 @@ void warn_of_unmeasured(std::vector<LeftOutWorth>& worth, long events, bool blow
       notes.tell("", fmt::format("{} of '{}' left out: {:.1g} of the range of {} along this motion; what it shifts beyond that was not "
                                  "measured, as the error of the time integration would hide it",
                                  w.effect, fmt::join(w.owners, "', '"), w.share, w.column.empty() ? "the outputs" : w.column));
+    else if (events > 0 && w.blow > unasked_accuracy && w.share <= may_shift_events)
+      notes.warn("", fmt::format("{} of '{}' is left out: where bodies strike it would take up about {:.1g} of the blow, and what that "
+                                 "changes was not measured; add \"{}\" to 'effects', or measure it with flexframe effects",
+                                 w.effect, fmt::join(w.owners, "', '"), w.blow, w.effect));
     else if (events > 0 && w.share > may_shift_events)
       notes.warn("", fmt::format("{} of '{}' is left out: its influence along this motion is {:.1g} of the range of {}, but it also shifts "
                                  "when friction reverses or bodies touch, and its influence may be several times that; add \"{}\" to "

@@ -279,6 +279,14 @@ std::string closing_guesses(const Model& model, const Scene& scene, int cluster,
   return "";
 }
 
+// A body of the loops that could give way, if the joints did not have to close them.
+std::string elastic_body(const Model& model, const Scene& scene, int cluster) {
+  for (const int i : model.clusters[cluster].parts)
+    if (model.parts[i].body.n > 0 && model.parts[i].scene_body >= 0)
+      return scene.bodies[static_cast<size_t>(model.parts[i].scene_body)].name;
+  return "";
+}
+
 // given: coordinates as the scene gives them.
 [[noreturn]] void refuse_open(const Model& model, const Scene& scene, const VecX& given, Work& work, int cluster) {
   const Cluster& c = model.clusters[cluster];
@@ -311,7 +319,14 @@ std::string closing_guesses(const Model& model, const Scene& scene, int cluster,
   const std::string values = closing_values(model, scene, cluster, given, work);
   std::string advice = "it closes with " + values;
   if (values.empty()) advice = closing_guesses(model, scene, cluster, given, work);
-  if (advice.empty()) advice = "no other initial values close it: check lengths and joint positions";
+  if (advice.empty()) {
+    advice = "no other initial values close it: check lengths and joint positions";
+    if (const std::string elastic = elastic_body(model, scene, cluster); !elastic.empty())
+      advice += fmt::format(
+          "; bodies are not deformed while it is assembled: what '{}' is to give way by comes as the 'motion' of a joint "
+          "that starts from 0 (a support that settles), or with a stiff [[force]] of kind \"bushing\" in place of the joint",
+          elastic);
+  }
   if (apart || !open)
     throw InputError(fmt::format(
         "{}:{}: the mechanism cannot be assembled: coupling '{}' stays off its value by {:.4g} {}, whatever the joints do ({}); {}",

@@ -209,6 +209,28 @@ def exchanged(folder):
     off(h["x.z"], s.y[0], 2e-5, "a plane that falls on a ball")
 
 
+def elastic_rods_strike(folder):
+    """Two rods of Z = EA/c that meet by their ends: the spring k between them passes waves on, F = Z v/2 (1 - exp(-2 k t/Z)), and the far
+    end of the one that strikes goes on with v exp(-2 k (t - L/c)/Z). Rigid it was 0.14 v off, and no influence of its stretching was
+    told."""
+    E, density, d, v, gap = 2e11, 7800.0, 0.01, 1.0, 1e-3
+    A, c = math.pi * d * d / 4, math.sqrt(E / density)
+    k = 0.3 * E * A
+    duration = gap / v + 2.9 / c
+    text = f"[simulation]\nduration = {duration!r}\noutput_rate = {200 / duration!r}\ngravity = [0, 0, 0]\n"
+    for name, initial in (("a", f"value = {-1 - gap}, rate = {v}"), ("b", "value = 0.0")):
+        text += f'[[body]]\nname = "{name}"\nkind = "beam"\nlength = 1.0\nelements = 30\n'
+        text += f'section = {{ shape = "circle", diameter = {d} }}\nmaterial = {{ density = {density}, youngs_modulus = {E} }}\n'
+        text += f'[[joint]]\nname = "rail {name}"\nkind = "prismatic"\nparent = "ground"\nchild = "{name}.root"\naxis = [1, 0, 0]\n'
+        text += f"initial = {{ {initial} }}\n"
+    text += touch(on="a.tip", frm="b.root", shape="point", stiffness=k, more="normal = [-1, 0, 0]") + output("far", "a.root", "velocity")
+    h = simulate_and_say(folder, text)
+    t = np.asarray(h["t"]) - gap / v - 1 / c
+    wave = np.where(t > 0, v * np.exp(-0.6 * t * c), v)
+    off(h["far.x"], wave, 3e-2, "far end of a rod that strikes another")
+    expect("where bodies strike" in h["said"], f"a rod that strikes another: {h['said']}")
+
+
 def nothing_is_passed(folder):
     # A ball that would be past its partner by the end of a step falls 20 m on a ball of 0.2 m: it comes back.
     text = "[simulation]\nduration = 4\noutput_rate = 10\ngravity = [0, 0, -9.81]\n" + ball() + output("x", "rail", "value")
@@ -305,6 +327,7 @@ run_parts(
     too_soft,
     rods,
     exchanged,
+    elastic_rods_strike,
     nothing_is_passed,
     slides_to_rest,
     rolls_in_a_hollow,

@@ -1,7 +1,7 @@
 """Wrong scenes: exit 2, a message with file, line and what is allowed, nothing written."""
 import pathlib
 
-from program import examples, expect, finish, run, temporary_folder
+from program import examples, expect, finish, history, near, run, temporary_folder
 
 good = (examples / "slider_crank.toml").read_text()
 
@@ -57,6 +57,31 @@ with temporary_folder() as folder:
     done = run("run", scene, code=2, cwd=folder)
     expect(any(name in done.stderr for name in ("guide", "wrist_pin", "crank_pin")), f"no joint is named: {done.stderr}")
     expect(sorted(p.name for p in folder.iterdir()) == ["wrong.toml"], "an open mechanism leaves files")
+
+    # A beam held at both ends whose support is beside its tip: what to write instead is said, and does.
+    held = (
+        "[simulation]\nduration = 1\noutput_rate = 100\ngravity = [0, 0, 0]\n[ground]\nframes = { e = [2, 0.001, 0] }\n"
+        '[[body]]\nname = "b"\nkind = "beam"\nlength = 2.0\nsection = { shape = "rectangle", height = 0.05, width = 0.02 }\n'
+        "material = { density = 7800, youngs_modulus = 2e11, poisson = 0.3 }\ndamping = { stiffness = 1e-3 }\n"
+        '[[joint]]\nname = "l"\nkind = "weld"\nparent = "ground"\nchild = "b"\n'
+        '[[output]]\nname = "h"\nof = "l"\nquantity = "reaction"\n'
+    )
+    scene.write_text(held + '[[joint]]\nname = "r"\nkind = "weld"\nparent = "ground.e"\nchild = "b.tip"\n')
+    done = run("run", scene, code=2, cwd=folder)
+    expect("'b' is to give way" in done.stderr and "'motion' of a joint" in done.stderr, f"a support that settled: {done.stderr}")
+    scene.write_text(
+        held
+        + '[[body]]\nname = "support"\nkind = "rigid"\nmass = 1\n'
+        + '[[joint]]\nname = "settles"\nkind = "prismatic"\nparent = "ground"\nchild = "support"\nposition = [2, 0, 0]\naxis = [0, 1, 0]\n'
+        + 'motion = "0.001*(t < 0.8 ? (1 - cos(pi*t/0.8))/2 : 1)"\n'
+        + '[[joint]]\nname = "r"\nkind = "weld"\nparent = "support"\nchild = "b.tip"\n'
+    )
+    run("simulate", scene, "-o", folder / "r.h5", "--csv", folder / "h.csv", cwd=folder)
+    force = history(folder / "h.csv")["h.y"][-1]
+    EI = 2e11 * 0.02 * 0.05**3 / 12
+    near(abs(force), 12 * EI * 0.001 / 2**3, 1e-2 * 62.5, "a support that settles: force")
+    for name in ("r.h5", "h.csv"):
+        (folder / name).unlink()
 
     # Files that are no scenes.
     for content in (b"", b"\x00\x01\xff" * 100, b"[render]\n" * 2, b"title = " + b"[" * 100000):
