@@ -197,6 +197,21 @@ sim::Notes in_pictures_words(const sim::Notes& notes) {
   return out;
 }
 
+// What is not kept or not known. map_body: whose map errs most.
+void warn_of_missed(const sim::PictureShares& shares, const std::string& map_body, sim::Notes& notes) {
+  if (!(shares.total <= shares.allowed)) {
+    std::string advice = "ask for less";
+    if (shares.map > 0.5 * shares.allowed)
+      advice = fmt::format(
+          "the error of the kernel map of '{}' alone is {}: it needs more nodes, another 'scheme', or its own shape functions "
+          "(flexframe reduce)",
+          map_body, distance_words(shares.map, shares.unit));
+    notes.warn("", fmt::format("the pictures may miss the requested {}: the estimated error is {}; {}", shares.asked,
+                               distance_words(shares.total, shares.unit), advice));
+  }
+  if (!shares.doubt.empty()) notes.warn("", fmt::format("the pictures may miss the requested {}: {}", shares.asked, shares.doubt));
+}
+
 }  // namespace
 
 sim::Results simulate_for_pictures(const sim::Scene& scene, const RenderSettings& settings, const sim::SimulateOptions& options,
@@ -290,17 +305,7 @@ sim::Results simulate_for_pictures(const sim::Scene& scene, const RenderSettings
   s.notes = in_pictures_words(s.notes);
   a.chosen.insert(a.chosen.end(), chosen.begin(), chosen.end());
   a.search_cpu = sim::cpu_seconds() - start - s.cpu_seconds;
-  if (!(shares.total <= shares.allowed)) {
-    std::string advice = "ask for less";
-    if (shares.map > 0.5 * shares.allowed)
-      advice = fmt::format(
-          "the error of the kernel map of '{}' alone is {}: it needs more nodes, another 'scheme', or its own shape functions "
-          "(flexframe reduce)",
-          last.map_body, distance_words(shares.map, shares.unit));
-    s.notes.warn("", fmt::format("the pictures may miss the requested {}: the estimated error is {}; {}", asked.words,
-                                 distance_words(shares.total, shares.unit), advice));
-  }
-  if (!shares.doubt.empty()) s.notes.warn("", fmt::format("the pictures may miss the requested {}: {}", asked.words, shares.doubt));
+  warn_of_missed(shares, last.map_body, s.notes);
   a.picture = shares;
   return results;
 }

@@ -116,24 +116,17 @@ Girth girth(const sim::BeamDef& beam, const sim::ResultBody& result, const BodyM
 }
 
 // Twist moves what lies beside a beam's axis, which no place on the axis tells: rotations of the middle and the tip against the root.
-// metres: what their vertices may be off; scale: how many times as large it is drawn.
-void add_twist(std::vector<Witness>& out, const sim::BodyDef& body, const sim::ResultBody& result, const BodyModel& model, size_t index,
-               double metres, double scale) {
-  const auto* beam = std::get_if<sim::BeamDef>(&body.kind);
-  const Girth beside = beam ? girth(*beam, result, model) : Girth{};
+// w: of the body; metres: what its vertices may be off.
+void add_twist(std::vector<Witness>& out, Witness w, const Girth& beside, double metres) {
   if (!(beside.radius > 0.0)) return;
+  const std::string body = w.output.of.body;
   for (const char* place : {"middle of the picture", "tip"}) {
-    Witness w;
-    w.output.of = {body.name, place};
-    w.output.line = body.line;
+    w.output.of.frame = w.place = place;
     w.output.quantity = sim::Quantity::rotation;
-    w.output.relative_to = sim::FrameRef{body.name, "root"};
-    w.output.name = fmt::format("{}twist of {}.{})", witness_prefix, body.name, place);
+    w.output.relative_to = sim::FrameRef{body, "root"};
+    w.output.name = fmt::format("{}twist of {}.{})", witness_prefix, body, place);
     w.allowed = metres / beside.radius;
-    w.drawn = scale;
     w.beside = beside.along;
-    w.body = index;
-    w.place = place;
     out.push_back(w);
   }
 }
@@ -151,15 +144,16 @@ std::vector<Witness> witnesses(sim::Scene& scene, const Animation& animation, bo
     if (pixels && sight[b].per_metre <= 0.0) continue;  // never seen
     const double metres = pixels ? allowed / sight[b].per_metre : allowed;
     const bool elastic = animation.bodies[b].flexible, exaggerated = elastic && sight[b].scale > 1.0;
+    Witness w;
+    w.output.of.body = body->name;
+    w.output.line = body->line;
+    w.body = b;
     for (const std::string& place : places_of(*body, results.bodies[b], animation.bodies[b])) {
-      Witness w;
-      w.output.of = {body->name, place};
-      w.output.line = body->line;
+      w.output.of.frame = w.place = place;
       w.output.quantity = sim::Quantity::position;
       w.output.name = fmt::format("{}{}{}{})", witness_prefix, body->name, place.empty() ? "" : ".", place);
       w.allowed = exaggerated ? 0.5 * metres : metres;
-      w.body = b;
-      w.place = place;
+      w.drawn = 1.0;
       out.push_back(w);
       if (!exaggerated) continue;
       w.output.quantity = sim::Quantity::displacement;
@@ -168,8 +162,9 @@ std::vector<Witness> witnesses(sim::Scene& scene, const Animation& animation, bo
       w.allowed = 0.5 * metres / w.drawn;
       out.push_back(w);
     }
-    const double scale = exaggerated ? sight[b].scale : 1.0;
-    if (elastic) add_twist(out, *body, results.bodies[b], animation.bodies[b], b, exaggerated ? 0.5 * metres / scale : metres, scale);
+    w.drawn = exaggerated ? sight[b].scale : 1.0;
+    if (const auto* beam = std::get_if<sim::BeamDef>(&body->kind); beam && elastic)
+      add_twist(out, w, girth(*beam, results.bodies[b], animation.bodies[b]), exaggerated ? 0.5 * metres / w.drawn : metres);
   }
   return out;
 }

@@ -14,10 +14,10 @@ namespace flexframe::film {
 // body frame; where its body is elastic, its rotation against the root.
 struct Witness {
   sim::OutputDef output;
-  double allowed = 0.0;  // m, of a rotation rad
-  double drawn = 1.0;    // times as large it is drawn
+  double allowed = 0.0;    // m, of a rotation rad
+  double drawn = 1.0;      // times as large it is drawn
   glm::dvec2 beside{0.0};  // m, of a rotation: how far what is drawn lies from the axis, along y and z of the sections
-  size_t body = 0;       // of the animation
+  size_t body = 0;         // of the animation
   std::string place;
 };
 

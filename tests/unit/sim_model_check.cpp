@@ -135,8 +135,7 @@ TEST(ModelCheck, FormsOfAFreeTipThatIsHeldAreToldWhereTheyAreNotChecked) {
             fmt::format("position = [{:.17g}, 0, 0]\naxis = [1, 0, 0]\nspring = {{ stiffness = {}, preload = {} }}", L, 1e3 * pull / L,
                         pull)) +
       joint("tip", "revolute", "car", "s.tip", "") +
-      fmt::format("[[force]]\nkind = \"force\"\non = \"s.m\"\ndirection = [0, 1, 0]\nvalue = \"t <= 0 ? {} : 0\"\n",
-                  0.096 * EI / (L * L)) +
+      fmt::format("[[force]]\nkind = \"force\"\non = \"s.m\"\ndirection = [0, 1, 0]\nvalue = \"t <= 0 ? {} : 0\"\n", 0.096 * EI / (L * L)) +
       output("y", "s.m", "position"));
   EXPECT_TRUE(warned(r, "a joint holds its tip"));
 }
