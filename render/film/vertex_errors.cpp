@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 
 namespace flexframe::film {
@@ -336,6 +337,10 @@ class BeamField {
     const auto* beam = def ? std::get_if<sim::BeamDef>(&def->kind) : nullptr;
     return body.kind == "beam" && body.nodes.size() > 1 && body.rotation.size() > 0 && beam;
   }
+  bool straight() const {
+    return std::all_of(body_.nodes.begin(), body_.nodes.end(),
+                       [](const sim::ResultNode& n) { return n.origin.y() == 0.0 && n.origin.z() == 0.0; });
+  }
   sim::Vec3 displaced(const sim::Vec3& x, Eigen::Index sample) const {
     const size_t i = element_at(x);
     const sim::Vec3 from = axis(order_[i]), chord = axis(order_[i + 1]) - from;
@@ -356,6 +361,33 @@ class BeamField {
     const sim::Vec3 e = q * e0;
     const sim::Mat3 r = (sim::shortest_turn(e, along) * q).toRotationMatrix();
     return p + r * (x - from - s * chord) - x;
+  }
+  struct Aslant {
+    sim::Vec3 at;  // the middle of an element, m
+    double off;    // m, along the axis
+  };
+  // How far vertices are off where the beam shears, element by element: sections are drawn square to the axis, which runs through the nodes
+  // by their turns. Of a shear g they and the axis' tangents are turned wrongly by g at the nodes, and by 3/2 g between them. g by the
+  // relation of Timoshenko's element, chord - mean turn = g (1 + 1/Phi), Phi = 12 EI/(k G A h^2). beside: how far what is drawn lies from
+  // the axis along y and z, m.
+  std::vector<Aslant> sheared(const sim::BeamDef& beam, const Eigen::Vector2d& beside, Eigen::Index sample) const {
+    const sim::Section& of = body_.section;
+    const double g = 24.0 * (1.0 + beam.material.poisson) / std::max(of.area, 1e-300);
+    const Eigen::Vector2d phi(of.shear_y > 0.0 ? g * of.iz / of.shear_y : 0.0, of.shear_z > 0.0 ? g * of.iy / of.shear_z : 0.0);  // h^2 Phi
+    std::vector<Aslant> out;
+    for (size_t i = 0; i + 1 < order_.size(); ++i) {
+      const sim::Vec3 from = axis(order_[i]), chord = axis(order_[i + 1]) - from;
+      const double h = chord.norm();
+      const sim::Vec3 now = chord + motion(order_[i + 1], sample) - motion(order_[i], sample);
+      if (!(h > 0.0) || !(now.norm() > 0.0)) continue;
+      const sim::Mat3 r0 = turn(order_[i], sample), r1 = turn(order_[i + 1], sample);
+      const sim::Vec3 apart = r0.transpose() * (now.normalized() - (0.5 / h) * (r0 * chord + r1 * chord));
+      const auto shear = [&](double h2_phi, double a) { return std::abs(a) * h2_phi / (h2_phi + h * h); };
+      // A curved axis has its sections' axes elsewhere: all of it is across both.
+      const sim::Vec3 across = beam.axis ? sim::Vec3(0.0, apart.norm(), apart.norm()) : apart;
+      out.push_back({from + 0.5 * chord, 1.5 * (shear(phi[0], across.y()) * beside[0] + shear(phi[1], across.z()) * beside[1])});
+    }
+    return out;
   }
 
  private:
@@ -440,8 +472,11 @@ MapErrors map_errors(const Animation& animation, const sim::Scene* scene, int mo
     for (const int k : most_bent(animation, body, most, map_moments)) {
       const PictureViews views(animation, k);
       const SamplePlace place{find_sample(results.times, picture_time(animation, k)).index, 0.0};
-      const double per_metre = body_pixels_per_metre(views, model, body_pose(body, place));
+      const glm::dmat4 pose = body_pose(body, place);
+      const double per_metre = body_pixels_per_metre(views, model, pose);
       double largest = 0.0;
+      std::vector<BeamField::Aslant> aslant;
+      Eigen::Vector2d beside = Eigen::Vector2d::Zero();
       if (beam) {
         update_displacement(model, body, place, memory);
         for (size_t i = 0; i < model.mesh.positions.size(); ++i) {
@@ -449,12 +484,21 @@ MapErrors map_errors(const Animation& animation, const sim::Scene* scene, int mo
           const sim::Vec3 exact = field.displaced({x.x, x.y, x.z}, place.index);
           const sim::Vec3 drawn(memory.displacement[3 * i], memory.displacement[3 * i + 1], memory.displacement[3 * i + 2]);
           largest = std::max(largest, (exact - drawn).norm());
+          beside = beside.cwiseMax(Eigen::Vector2d(std::abs(x.y), std::abs(x.z)));
         }
+        const auto& of = std::get<sim::BeamDef>(def->kind);
+        if (of.axis) beside.setConstant(std::sqrt(body.section.area / std::numbers::pi));
+        aslant = field.sheared(of, beside, place.index);
       } else {
         map_error(doubting, body, place, memory, doubt);
         for (const float d : doubt) largest = std::max(largest, static_cast<double>(d));
       }
-      out.largest.widen(scale * largest * per_metre, scale * largest, k, b);
+      VertexDistance sheared;
+      for (const BeamField::Aslant& a : aslant) {
+        const glm::dvec3 at = placed(pose, {a.at.x(), a.at.y(), a.at.z()});
+        sheared.widen(field.straight() ? views.moved(at, a.off * glm::dvec3(pose[0])) : a.off * per_metre, a.off, k, b);
+      }
+      out.largest.widen(scale * (largest * per_metre + sheared.pixels), scale * (largest + sheared.metres), k, b);
     }
   }
   return out;

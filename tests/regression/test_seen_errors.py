@@ -65,6 +65,29 @@ of = "guide"
 quantity = "value"
 """
 )
+# A console of five times its height under its weight, exaggerated 50 times: sections are drawn square to the axis, which they are not.
+STUBBY = """
+[simulation]
+duration = 0.01
+output_rate = 200
+gravity = [0, -9.81, 0]
+start = "static"
+[[body]]
+name = "block"
+kind = "beam"
+length = 0.68
+section = { shape = "rectangle", height = 0.127, width = 0.153 }
+material = { density = 5540, youngs_modulus = 1e9, poisson = 0.3 }
+effects = ["bending_xy", "shear"]
+elements = ELEMENTS
+[[joint]]
+name = "clamp"
+kind = "weld"
+parent = "ground"
+child = "block.root"
+[render]
+scales = [1, 50]
+"""
 FINER = {"strip": ("--set", "body.strip.elements=60", "--set", "body.strip.keep_modes=20", "--method", "exponential"), "block": ()}
 # Where from, which way is up, and whether what moves along y is seen.
 CAMERAS = {"side": ("0.4, 0, 5", "0, 1, 0", 1.0), "along": ("0.4, 5, 0", "0, 0, 1", 0.0), "aslant": ("0.4, 3, 4", "0, 1, 0", 0.8)}
@@ -97,5 +120,13 @@ with tempfile.TemporaryDirectory() as temporary:
     expect(seen["block", "along"] <= 1e-6, f"what moves along the line of sight is told as if it were seen: {seen}")
     ratio = seen["block", "aslant"] / seen["block", "side"]
     expect(abs(ratio - 0.8) < 0.1, f"aslant {ratio} of what is seen from the side is told, 0.8 are seen")
+
+    # What shear makes of sections: runs of 8 and 16 elements have the same deflections at their nodes, and are drawn 3/2 of the shear's turn
+    # apart between them.
+    asked = simulate(folder, STUBBY.replace("ELEMENTS", "8"), "eight", "--accuracy", "2 px", "--fresh")["accuracy"]["picture"]
+    simulate(folder, STUBBY.replace("ELEMENTS", "16"), "sixteen")
+    apart = json.loads(run("compare", folder / "eight.h5", folder / "sixteen.h5", "--json").stdout)["pixels"]
+    print(f"stubby: {apart:.2e} px apart, told {asked['map']:.2e} of the map")
+    expect(apart > 0.05 and 0.8 * apart <= asked["map"] <= 2 * apart, f"a sheared beam: {apart} px apart, told {asked}")
 
 finish()

@@ -370,18 +370,23 @@ def by_volumes(bench, case, limit, finer, rows):
 
 
 def estimate(row):
-    """kept, too large, too small, or None: what is told against what is true."""
+    """kept, too large, too small, or None where what is true is not known so well: what is told against what is true."""
     if row.get("true") is None or row.get("weak") or row["verdict"] in ("open", "no truth"):
         return None
     if any(words.startswith("shear of") for words in row["said"]):  # its truth has none either
         return None
-    told, true = row["told"], row["true"]
-    floor = max(NOTHING * float(row["asked"].split()[0]), 2 * (row.get("unsure") or 0.0))
-    if max(told, true) <= floor or told / FACTOR <= true <= told * FACTOR:
+    told, true, unsure = row["told"], row["true"], row.get("unsure")
+    if max(told, true) <= NOTHING * float(row["asked"].split()[0]):
         return "kept"
-    if true < told and (row.get("by_hand") or row.get("bent", 0.0) >= told / FACTOR):
+    if unsure is None:  # one truth only: nobody knows how good it is
         return None
-    return "too large" if true < told else "too small"
+    if told / FACTOR <= true - unsure and true + unsure <= told * FACTOR:
+        return "kept"
+    if true - unsure > told * FACTOR:
+        return "too small"
+    if true + unsure >= told / FACTOR or row.get("by_hand") or row.get("bent", 0.0) >= told / FACTOR:
+        return None  # undecided
+    return "too large"
 
 
 def cell(row):
