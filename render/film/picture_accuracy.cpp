@@ -79,6 +79,7 @@ sim::Results pilot_run(const sim::Scene& as_given, int every, const sim::Simulat
 struct WayShares {
   double map = 0.0, samples = 0.0, raster = 0.0;
   std::string map_body, doubt;
+  bool map_by_shear = false;
 };
 
 WayShares way_shares(const Animation& animation, const sim::Scene& scene, bool pixels) {
@@ -86,6 +87,7 @@ WayShares way_shares(const Animation& animation, const sim::Scene& scene, bool p
   WayShares out;
   const MapErrors map = map_errors(animation, &scene, pictures_looked_at);
   out.map = in_unit(map.largest);
+  out.map_by_shear = map.by_shear;
   if (map.largest.picture >= 0) out.map_body = animation.results->bodies[map.largest.body].name;
   out.samples = in_unit(sample_errors(animation, 4 * pictures_looked_at));
   out.raster = in_unit(raster_errors(animation, 2));
@@ -197,15 +199,18 @@ sim::Notes in_pictures_words(const sim::Notes& notes) {
   return out;
 }
 
-// What is not kept or not known. map_body: whose map errs most.
-void warn_of_missed(const sim::PictureShares& shares, const std::string& map_body, sim::Notes& notes) {
+// What is not kept or not known.
+void warn_of_missed(const sim::PictureShares& shares, const WayShares& way, sim::Notes& notes) {
   if (!(shares.total <= shares.allowed)) {
     std::string advice = "ask for less";
-    if (shares.map > 0.5 * shares.allowed)
+    if (shares.map > 0.5 * shares.allowed && way.map_by_shear)
+      advice = fmt::format("'{}' shears, and its sections are drawn square to its axis, which makes {}: use a smaller scale", way.map_body,
+                           distance_words(shares.map, shares.unit));
+    else if (shares.map > 0.5 * shares.allowed)
       advice = fmt::format(
           "the error of the kernel map of '{}' alone is {}: it needs more nodes, another 'scheme', or its own shape functions "
           "(flexframe reduce)",
-          map_body, distance_words(shares.map, shares.unit));
+          way.map_body, distance_words(shares.map, shares.unit));
     notes.warn("", fmt::format("the pictures may miss the requested {}: the estimated error is {}; {}", shares.asked,
                                distance_words(shares.total, shares.unit), advice));
   }
@@ -305,7 +310,7 @@ sim::Results simulate_for_pictures(const sim::Scene& scene, const RenderSettings
   s.notes = in_pictures_words(s.notes);
   a.chosen.insert(a.chosen.end(), chosen.begin(), chosen.end());
   a.search_cpu = sim::cpu_seconds() - start - s.cpu_seconds;
-  warn_of_missed(shares, last.map_body, s.notes);
+  warn_of_missed(shares, last, s.notes);
   a.picture = shares;
   return results;
 }

@@ -498,6 +498,7 @@ MapErrors map_errors(const Animation& animation, const sim::Scene* scene, int mo
         const glm::dvec3 at = placed(pose, {a.at.x(), a.at.y(), a.at.z()});
         sheared.widen(field.straight() ? views.moved(at, a.off * glm::dvec3(pose[0])) : a.off * per_metre, a.off, k, b);
       }
+      if (scale * (largest * per_metre + sheared.pixels) > out.largest.pixels) out.by_shear = sheared.metres > largest;
       out.largest.widen(scale * (largest * per_metre + sheared.pixels), scale * (largest + sheared.metres), k, b);
     }
   }

@@ -66,6 +66,7 @@ VertexDistance thinned_errors(const Animation& animation, int every);
 struct MapErrors {
   VertexDistance largest;
   std::vector<std::string> estimated, unknown;
+  bool by_shear = false;  // most of the largest is what a beam shears
 };
 MapErrors map_errors(const Animation& animation, const sim::Scene* scene, int most);
 

@@ -127,6 +127,8 @@ with tempfile.TemporaryDirectory() as temporary:
     simulate(folder, STUBBY.replace("ELEMENTS", "16"), "sixteen")
     apart = json.loads(run("compare", folder / "eight.h5", folder / "sixteen.h5", "--json").stdout)["pixels"]
     print(f"stubby: {apart:.2e} px apart, told {asked['map']:.2e} of the map")
+    told = simulate(folder, STUBBY.replace("ELEMENTS", "8"), "eight", "--accuracy", "0.3 px", "--fresh")["warnings"]
+    expect(any("'block' shears" in w and "smaller scale" in w for w in told), f"not told how to be rid of it: {told}")
     expect(apart > 0.05 and 0.8 * apart <= asked["map"] <= 2 * apart, f"a sheared beam: {apart} px apart, told {asked}")
 
 finish()
