@@ -121,8 +121,8 @@ with tempfile.TemporaryDirectory() as temporary:
     ratio = seen["block", "aslant"] / seen["block", "side"]
     expect(abs(ratio - 0.8) < 0.1, f"aslant {ratio} of what is seen from the side is told, 0.8 are seen")
 
-    # What shear makes of sections: runs of 8 and 16 elements have the same deflections at their nodes, and are drawn 3/2 of the shear's turn
-    # apart between them.
+    # What shear makes of sections: runs of 8 and 16 elements have the same deflections at their nodes, and are drawn 3/2 of the shear's
+    # turn apart between them.
     asked = simulate(folder, STUBBY.replace("ELEMENTS", "8"), "eight", "--accuracy", "2 px", "--fresh")["accuracy"]["picture"]
     simulate(folder, STUBBY.replace("ELEMENTS", "16"), "sixteen")
     apart = json.loads(run("compare", folder / "eight.h5", folder / "sixteen.h5", "--json").stdout)["pixels"]
