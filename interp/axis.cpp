@@ -83,6 +83,37 @@ Hermite hermite_derivative(double x, double length) {
   return {-6.0 * x * y / length, 6.0 * x * y / length, y * (1.0 - 3.0 * x), x * (3.0 * x - 2.0)};
 }
 
+// What the axis leads the sections by in each interval. turned: how its middle is turned, Mat3(size_t interval).
+template <class Turned>
+std::vector<Vec3> interval_shear(const AxisLift& axis, const Points& p, const Points& slope, const Turned& turned) {
+  std::vector<Vec3> out(axis.s.size() - 1, Vec3::Zero());
+  for (size_t k = 0; k < axis.sheared.size(); ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    const Vec3 apart = ((p.row(i + 1) - p.row(i)) / (axis.s[k + 1] - axis.s[k]) - 0.5 * (slope.row(i) + slope.row(i + 1))).transpose();
+    const Mat3 middle = turned(k);
+    out[k] = middle * axis.sheared[k] * (middle.transpose() * apart);
+  }
+  return out;
+}
+
+// The axis at x = 0..1 of interval k: its place, its tangent, and the tangent less the shear, to which the section is square. Between two
+// intervals of other shear the tangent is their mean.
+struct AxisPoint {
+  Vec3 place, tangent, normal;
+};
+AxisPoint axis_point(const AxisLift& axis, const Points& p, const Points& slope, const std::vector<Vec3>& shear, Eigen::Index k, double x) {
+  const double length = axis.s[k + 1] - axis.s[k];
+  const Hermite h = hermite(x, length), d = hermite_derivative(x, length);
+  AxisPoint out;
+  out.place =
+      (h.v0 * p.row(k) + h.v1 * p.row(k + 1) + h.g0 * slope.row(k) + h.g1 * slope.row(k + 1)).transpose() + (h.g0 + h.g1) * shear[k];
+  out.tangent =
+      (d.v0 * p.row(k) + d.v1 * p.row(k + 1) + d.g0 * slope.row(k) + d.g1 * slope.row(k + 1)).transpose() + (d.g0 + d.g1) * shear[k];
+  out.normal = out.tangent - shear[k];
+  if (x == 0.0 && k > 0) out.tangent += 0.5 * (shear[k - 1] - shear[k]);
+  return out;
+}
+
 // Fills rows 6 k + 2 .. 6 k + 5 from the turned directions at the stations; derivatives by parabolas through neighbours.
 void set_directions(const AxisLift& axis, const std::vector<Vec3>& turned2, const std::vector<Vec3>& turned3, Points& out) {
   const size_t n = axis.station.size();
@@ -144,6 +175,15 @@ AxisLift make_axis(const Points& nodes, bool rotations_given) {
   axis.slopes = make_slopes(axis.s, false);
   if (axis.s.size() > 3 && axis_lebesgue(axis, axis.s.front(), axis.s.back()) > 4.0) axis.slopes = make_slopes(axis.s, true);
   return axis;
+}
+
+void set_shear(AxisLift& axis, const std::vector<Mat3>& shear) {
+  axis.sheared.clear();
+  for (size_t k = 0; k + 1 < axis.s.size(); ++k) {
+    // Phi by the mean of both ends. It commutes with its inverse below.
+    const Mat3 phi = 6.0 / std::pow(axis.s[k + 1] - axis.s[k], 2) * (shear[axis.order[k]] + shear[axis.order[k + 1]]);
+    axis.sheared.push_back(phi * (Mat3::Identity() + phi).inverse());
+  }
 }
 
 int source_count(const AxisLift& axis) { return 6 * static_cast<int>(axis.station.size()); }
@@ -213,7 +253,12 @@ Points lift_exact(const AxisLift& axis, const Points& displacement, const Points
   }
   const Eigen::VectorXd twist_slope = axis.slopes * rate;
 
-  // Stations: Hermite point and slope; the interpolated frame turned shortest onto the slope, and about it by the twist's smooth part.
+  const std::vector<Vec3> shear =
+      given ? interval_shear(axis, p, slope, [&](size_t k) { return Mat3(turn[k] * rotation_matrix(0.5 * relative[k])); })
+            : std::vector<Vec3>(n - 1, Vec3::Zero());
+
+  // Stations: Hermite point and slope; the interpolated frame turned shortest onto the slope less the shear, and about it by the twist's
+  // smooth part.
   const size_t count = axis.station.size();
   Points out(source_count(axis), 3);
   std::vector<Vec3> turned2(count), turned3(count);
@@ -221,13 +266,12 @@ Points lift_exact(const AxisLift& axis, const Points& displacement, const Points
   for (size_t j = 0; j < count; ++j) {
     const auto k = std::min(static_cast<Eigen::Index>(j) / axis.subdivisions, n - 2);
     const double length = axis.s[k + 1] - axis.s[k], x = (axis.station[j] - axis.s[k]) / length;
-    const Hermite h = hermite(x, length), d = hermite_derivative(x, length);
-    const Vec3 r = (h.v0 * p.row(k) + h.v1 * p.row(k + 1) + h.g0 * slope.row(k) + h.g1 * slope.row(k + 1)).transpose();
-    const Vec3 r1 = (d.v0 * p.row(k) + d.v1 * p.row(k + 1) + d.g0 * slope.row(k) + d.g1 * slope.row(k + 1)).transpose();
+    const Hermite h = hermite(x, length);
+    const AxisPoint at = axis_point(axis, p, slope, shear, k, x);
     Mat3 frame = turn[k] * rotation_matrix(x * relative[k]);
-    const double speed = r1.norm();
+    const double speed = at.normal.norm();
     if (speed > 0.0) {
-      const Vec3 along = r1 / speed;
+      const Vec3 along = at.normal / speed;
       frame = shortest_rotation(frame * t, along) * frame;
       const double smooth = h.v1 * twist[k] + h.g0 * twist_slope[k] + h.g1 * twist_slope[k + 1];
       frame = rotation_matrix((smooth - x * twist[k]) * along) * frame;
@@ -235,8 +279,9 @@ Points lift_exact(const AxisLift& axis, const Points& displacement, const Points
     // Back to the frame of the mesh, as displacements.
     const Mat3 whole = rigid.rotation * frame;
     const Vec3 rest = axis.origin + axis.station[j] * t;
-    out.row(static_cast<Eigen::Index>(6 * j)) = (rigid.rotation * (r - rigid.centre) + rigid.centre + rigid.translation - rest).transpose();
-    out.row(static_cast<Eigen::Index>(6 * j + 1)) = (rigid.rotation * r1 - t).transpose();
+    out.row(static_cast<Eigen::Index>(6 * j)) =
+        (rigid.rotation * (at.place - rigid.centre) + rigid.centre + rigid.translation - rest).transpose();
+    out.row(static_cast<Eigen::Index>(6 * j + 1)) = (rigid.rotation * at.tangent - t).transpose();
     turned2[j] = whole * e2 - e2;
     turned3[j] = whole * e3 - e3;
   }
@@ -282,6 +327,8 @@ Points lift_linear(const AxisLift& axis, const Points& displacement, const Point
   if (!given) twist.setZero();
   for (Eigen::Index k = 0; k + 1 < n; ++k) rate[k] = (twist[k + 1] - twist[k]) / length(k);
   const Eigen::VectorXd twist_slope = axis.slopes * rate;
+  const std::vector<Vec3> shear =
+      given ? interval_shear(axis, p, slope, [](size_t) { return Mat3(Mat3::Identity()); }) : std::vector<Vec3>(n - 1, Vec3::Zero());
 
   const size_t count = axis.station.size();
   Points out(source_count(axis), 3);
@@ -289,13 +336,12 @@ Points lift_linear(const AxisLift& axis, const Points& displacement, const Point
   for (size_t j = 0; j < count; ++j) {
     const auto k = std::min(static_cast<Eigen::Index>(j) / axis.subdivisions, n - 2);
     const double x = (axis.station[j] - axis.s[k]) / length(k);
-    const Hermite h = hermite(x, length(k)), d = hermite_derivative(x, length(k));
-    const Vec3 r = (h.v0 * p.row(k) + h.v1 * p.row(k + 1) + h.g0 * slope.row(k) + h.g1 * slope.row(k + 1)).transpose();
-    const Vec3 r1 = (d.v0 * p.row(k) + d.v1 * p.row(k + 1) + d.g0 * slope.row(k) + d.g1 * slope.row(k + 1)).transpose();
+    const Hermite h = hermite(x, length(k));
+    const AxisPoint at = axis_point(axis, p, slope, shear, k, x);
     const double about = h.v0 * twist[k] + h.v1 * twist[k + 1] + h.g0 * twist_slope[k] + h.g1 * twist_slope[k + 1];
-    const Vec3 turn = t.cross(r1) + about * t;
-    out.row(static_cast<Eigen::Index>(6 * j)) = r.transpose();
-    out.row(static_cast<Eigen::Index>(6 * j + 1)) = r1.transpose();
+    const Vec3 turn = t.cross(at.normal) + about * t;
+    out.row(static_cast<Eigen::Index>(6 * j)) = at.place.transpose();
+    out.row(static_cast<Eigen::Index>(6 * j + 1)) = at.tangent.transpose();
     turned2[j] = turn.cross(Vec3(axis.frame.col(1)));
     turned3[j] = turn.cross(Vec3(axis.frame.col(2)));
   }

@@ -50,6 +50,7 @@ Name content_hash(const Nodes& nodes, const MeshView& mesh, const Options& optio
   h.add_bytes(phi.data(), phi.size() * sizeof(double));
   h.add_bytes(psi.data(), psi.size() * sizeof(double));
   h.add(static_cast<std::int64_t>(nodes.rotations));
+  for (const Mat3& shear : nodes.shear) h.add_bytes(shear.data(), sizeof(double) * 9);
   h.add(static_cast<std::int64_t>(options.scheme));
   h.add(static_cast<std::int64_t>(options.patch_nodes));
   h.add(options.lebesgue_warn);

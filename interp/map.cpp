@@ -412,6 +412,11 @@ void map_along_axis(const Nodes& nodes, const Weld& weld, bool precise, Map& map
   Report& report = map.report;
   AxisLift axis = make_axis(map.node_positions, nodes.rotations);
   axis.finite = nodes.finite;
+  if (!nodes.shear.empty()) {
+    std::vector<Mat3> merged(static_cast<size_t>(map.node_positions.rows()));
+    for (size_t i = 0; i < nodes.shear.size(); ++i) merged[map.node_of[i]] = nodes.shear[i];
+    set_shear(axis, merged);
+  }
   const Eigen::VectorXd s = (weld.positions.rowwise() - axis.origin.transpose()) * axis.frame.col(0);
   report.lebesgue = axis_lebesgue(axis, s.minCoeff(), s.maxCoeff());
   map.weights = axis_weights(axis, weld.positions, precise);

@@ -45,6 +45,9 @@ struct Nodes {
   bool rotations = false;          // the data will bring rotation vectors too
   std::vector<std::string> names;  // for messages; empty: numbers from 0
   bool finite = false;             // the rotations are finite turns, as those of a run; false: nodes on a line tell by their lengths
+  // Of a beam that shears: at each node its shear per third derivative of its deflection, (k G A)^-1 E I, m^2, in the frame of the mesh.
+  // With it nodes on a line that bring rotations have their sections stand aslant to the axis; empty: square to it.
+  std::vector<Mat3> shear;
 };
 
 struct Options {

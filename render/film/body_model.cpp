@@ -58,6 +58,12 @@ interp::Nodes nodes_of(const sim::ResultBody& body) {
     nodes.names.push_back(body.nodes[k].name);
   }
   nodes.rotations = nodes.finite = body.rotation.size() > 0;
+  for (Eigen::Index k = 0; k < body.node_shear.rows(); ++k) {
+    const auto shear = body.node_shear.row(k);
+    interp::Mat3 in_body = interp::Mat3::Zero();
+    in_body.bottomRightCorner<2, 2>() << shear[0], shear[1], shear[2], shear[3];
+    nodes.shear.push_back(in_body);
+  }
   return nodes;
 }
 

@@ -323,23 +323,21 @@ VertexDistance thinned_errors(const Animation& animation, int every) {
 namespace {
 
 // Displacement of any point of a beam as its elements have it: places and tangents of the nodes joined by cubic Hermite curves, sections
-// plane and square to the curve, their twist linear between the nodes. Elements of a curved beam are straight.
+// plane and square to the curve, or aslant to it by the element's shear (ResultBody::node_shear), their twist linear between the nodes.
+// Elements of a curved beam are straight.
 class BeamField {
  public:
-  BeamField(const sim::ResultBody& body, const sim::BodyDef* def) : body_(body), order_(body.nodes.size()) {
+  BeamField(const sim::ResultBody& body, const sim::BodyDef* def)
+      : body_(body), beam_(def ? std::get_if<sim::BeamDef>(&def->kind) : nullptr), order_(body.nodes.size()) {
     std::iota(order_.begin(), order_.end(), size_t{0});
-    const auto* beam = def ? std::get_if<sim::BeamDef>(&def->kind) : nullptr;
     std::vector<double> along;
-    for (const sim::ResultNode& node : body.nodes) along.push_back(beam && beam->axis ? nearest_on(*beam, node.origin) : node.origin.x());
+    for (const sim::ResultNode& node : body.nodes)
+      along.push_back(beam_ && beam_->axis ? nearest_on(*beam_, node.origin) : node.origin.x());
     std::stable_sort(order_.begin(), order_.end(), [&](size_t a, size_t b) { return along[a] < along[b]; });
   }
   static bool suits(const sim::ResultBody& body, const sim::BodyDef* def) {
     const auto* beam = def ? std::get_if<sim::BeamDef>(&def->kind) : nullptr;
     return body.kind == "beam" && body.nodes.size() > 1 && body.rotation.size() > 0 && beam;
-  }
-  bool straight() const {
-    return std::all_of(body_.nodes.begin(), body_.nodes.end(),
-                       [](const sim::ResultNode& n) { return n.origin.y() == 0.0 && n.origin.z() == 0.0; });
   }
   sim::Vec3 displaced(const sim::Vec3& x, Eigen::Index sample) const {
     const size_t i = element_at(x);
@@ -353,39 +351,36 @@ class BeamField {
     // Tangents of the length that the element has now, an arc over its chord: stretching is linear.
     const double half = 0.5 * std::acos(std::clamp((r0 * e0).dot(r1 * e0), -1.0, 1.0));
     const double stretch = (p1 - p0).norm() / h * (half > 1e-4 ? half / std::sin(half) : 1.0);
-    const sim::Vec3 t0 = stretch * (r0 * chord), t1 = stretch * (r1 * chord);
+    sim::Vec3 t0 = stretch * (r0 * chord), t1 = stretch * (r1 * chord);
+    const sim::Vec3 lead = h * shear(i, (p1 - p0 - 0.5 * (t0 + t1)) / h, h, sim::Quat(r0).slerp(0.5, sim::Quat(r1)));
+    t0 += lead;
+    t1 += lead;
     const double s2 = s * s, s3 = s2 * s;
     const sim::Vec3 p = (2 * s3 - 3 * s2 + 1) * p0 + (s3 - 2 * s2 + s) * t0 + (3 * s2 - 2 * s3) * p1 + (s3 - s2) * t1;
     const sim::Vec3 along = (6 * s2 - 6 * s) * p0 + (3 * s2 - 4 * s + 1) * t0 + (6 * s - 6 * s2) * p1 + (3 * s2 - 2 * s) * t1;
     const sim::Quat q = sim::Quat(r0).slerp(s, sim::Quat(r1));
     const sim::Vec3 e = q * e0;
-    const sim::Mat3 r = (sim::shortest_turn(e, along) * q).toRotationMatrix();
+    const sim::Mat3 r = (sim::shortest_turn(e, along - lead) * q).toRotationMatrix();
     return p + r * (x - from - s * chord) - x;
   }
-  struct Aslant {
-    sim::Vec3 at;  // the middle of an element, m
-    double off;    // m, along the axis
-  };
-  // How far vertices are off where the beam shears, element by element: sections are drawn square to the axis, which runs through the nodes
+  // How far vertices of a curved beam are off where it shears, m: its sections are drawn square to the axis, through nodes
   // by their turns. Of a shear g they and the axis' tangents are turned wrongly by g at the nodes, and by 3/2 g between them. g by the
   // relation of Timoshenko's element, chord - mean turn = g (1 + 1/Phi), Phi = 12 EI/(k G A h^2). beside: how far what is drawn lies from
-  // the axis along y and z, m.
-  std::vector<Aslant> sheared(const sim::BeamDef& beam, const Eigen::Vector2d& beside, Eigen::Index sample) const {
+  // the axis, m.
+  double sheared(const sim::BeamDef& beam, double beside, Eigen::Index sample) const {
     const sim::Section& of = body_.section;
     const double g = 24.0 * (1.0 + beam.material.poisson) / std::max(of.area, 1e-300);
-    const Eigen::Vector2d phi(of.shear_y > 0.0 ? g * of.iz / of.shear_y : 0.0, of.shear_z > 0.0 ? g * of.iy / of.shear_z : 0.0);  // h^2 Phi
-    std::vector<Aslant> out;
+    const double y = of.shear_y > 0.0 ? g * of.iz / of.shear_y : 0.0, z = of.shear_z > 0.0 ? g * of.iy / of.shear_z : 0.0;  // h^2 Phi
+    double out = 0.0;
     for (size_t i = 0; i + 1 < order_.size(); ++i) {
       const sim::Vec3 from = axis(order_[i]), chord = axis(order_[i + 1]) - from;
       const double h = chord.norm();
       const sim::Vec3 now = chord + motion(order_[i + 1], sample) - motion(order_[i], sample);
       if (!(h > 0.0) || !(now.norm() > 0.0)) continue;
       const sim::Mat3 r0 = turn(order_[i], sample), r1 = turn(order_[i + 1], sample);
-      const sim::Vec3 apart = r0.transpose() * (now.normalized() - (0.5 / h) * (r0 * chord + r1 * chord));
-      const auto shear = [&](double h2_phi, double a) { return std::abs(a) * h2_phi / (h2_phi + h * h); };
-      // A curved axis has its sections' axes elsewhere: all of it is across both.
-      const sim::Vec3 across = beam.axis ? sim::Vec3(0.0, apart.norm(), apart.norm()) : apart;
-      out.push_back({from + 0.5 * chord, 1.5 * (shear(phi[0], across.y()) * beside[0] + shear(phi[1], across.z()) * beside[1])});
+      const double apart = (now.normalized() - (0.5 / h) * (r0 * chord + r1 * chord)).norm();
+      // Its sections' axes are elsewhere: all of it is across both.
+      out = std::max(out, 1.5 * apart * beside * (y / (y + h * h) + z / (z + h * h)));
     }
     return out;
   }
@@ -414,6 +409,18 @@ class BeamField {
     }
     return out;
   }
+  // By how much the axis leads the sections of element i, as a slope, by its section in the middle. apart: its chord less their mean turn.
+  // turned: its middle.
+  sim::Vec3 shear(size_t i, const sim::Vec3& apart, double h, const sim::Quat& turned) const {
+    if (body_.node_shear.rows() == 0 || !beam_) return sim::Vec3::Zero();
+    const double x = 0.5 * (axis(order_[i]) + axis(order_[i + 1])).x() / beam_->length;
+    const Eigen::Vector4d of = sim::shear_length2(*beam_, std::clamp(x, 0.0, 1.0));
+    const Eigen::Matrix2d phi = 12.0 / (h * h) * (Eigen::Matrix2d() << of[0], of[1], of[2], of[3]).finished();
+    const sim::Vec3 in_body = turned.conjugate() * apart;
+    sim::Vec3 out = sim::Vec3::Zero();
+    out.tail<2>() = (Eigen::Matrix2d::Identity() + phi).partialPivLu().solve(phi * in_body.tail<2>());
+    return turned * out;
+  }
   sim::Vec3 axis(size_t node) const { return body_.nodes[node].origin; }
   sim::Vec3 motion(size_t node, Eigen::Index sample) const {
     return body_.displacement.row(sample).segment<3>(static_cast<Eigen::Index>(3 * node)).transpose();
@@ -422,6 +429,7 @@ class BeamField {
     return sim::rotation_exp(body_.rotation.row(sample).segment<3>(static_cast<Eigen::Index>(3 * node)).transpose());
   }
   const sim::ResultBody& body_;
+  const sim::BeamDef* beam_;  // null: not of the scene
   std::vector<size_t> order_;
 };
 
@@ -475,8 +483,7 @@ MapErrors map_errors(const Animation& animation, const sim::Scene* scene, int mo
       const glm::dmat4 pose = body_pose(body, place);
       const double per_metre = body_pixels_per_metre(views, model, pose);
       double largest = 0.0;
-      std::vector<BeamField::Aslant> aslant;
-      Eigen::Vector2d beside = Eigen::Vector2d::Zero();
+      double aslant = 0.0;
       if (beam) {
         update_displacement(model, body, place, memory);
         for (size_t i = 0; i < model.mesh.positions.size(); ++i) {
@@ -484,22 +491,16 @@ MapErrors map_errors(const Animation& animation, const sim::Scene* scene, int mo
           const sim::Vec3 exact = field.displaced({x.x, x.y, x.z}, place.index);
           const sim::Vec3 drawn(memory.displacement[3 * i], memory.displacement[3 * i + 1], memory.displacement[3 * i + 2]);
           largest = std::max(largest, (exact - drawn).norm());
-          beside = beside.cwiseMax(Eigen::Vector2d(std::abs(x.y), std::abs(x.z)));
         }
         const auto& of = std::get<sim::BeamDef>(def->kind);
-        if (of.axis) beside.setConstant(std::sqrt(body.section.area / std::numbers::pi));
-        aslant = field.sheared(of, beside, place.index);
+        if (of.axis) aslant = field.sheared(of, std::sqrt(body.section.area / std::numbers::pi), place.index);
       } else {
         map_error(doubting, body, place, memory, doubt);
         for (const float d : doubt) largest = std::max(largest, static_cast<double>(d));
       }
-      VertexDistance sheared;
-      for (const BeamField::Aslant& a : aslant) {
-        const glm::dvec3 at = placed(pose, {a.at.x(), a.at.y(), a.at.z()});
-        sheared.widen(field.straight() ? views.moved(at, a.off * glm::dvec3(pose[0])) : a.off * per_metre, a.off, k, b);
-      }
-      if (scale * (largest * per_metre + sheared.pixels) > out.largest.pixels) out.by_shear = sheared.metres > largest;
-      out.largest.widen(scale * (largest * per_metre + sheared.pixels), scale * (largest + sheared.metres), k, b);
+      largest += aslant;
+      if (scale * largest * per_metre > out.largest.pixels) out.by_shear = aslant > 0.5 * largest;
+      out.largest.widen(scale * largest * per_metre, scale * largest, k, b);
     }
   }
   return out;

@@ -60,13 +60,13 @@ VertexDistance sample_errors(const Animation& animation, int most, int every = 1
 VertexDistance thinned_errors(const Animation& animation, int every);
 
 // What the map from nodes to vertices is wrong by. Beams that are drawn by their section: against their elements' own shape functions
-// (cubic Hermite, sections stay plane), and what they lack of shear, by which sections stand aslant. Bodies whose finite elements are
-// known: against these. Others: what leaving out a node makes of the map, or another kernel where the map is an elastic surface or solid,
-// which are estimates. unknown: bodies of which nothing is known, by name.
+// (cubic Hermite, sections stay plane), and what curved ones lack of shear, by which sections stand aslant. Bodies whose finite elements
+// are known: against these. Others: what leaving out a node makes of the map, or another kernel where the map is an elastic surface or
+// solid, which are estimates. unknown: bodies of which nothing is known, by name.
 struct MapErrors {
   VertexDistance largest;
   std::vector<std::string> estimated, unknown;
-  bool by_shear = false;  // most of the largest is what a beam shears
+  bool by_shear = false;  // most of the largest is what a curved beam shears
 };
 MapErrors map_errors(const Animation& animation, const sim::Scene* scene, int most);
 

@@ -74,7 +74,7 @@ struct KernelMap {
     Watcher watcher{py::none()};
     const interp::Watch watch([&] { watcher.look(); });
     const py::gil_scoped_release free;
-    map = interp::make_map_for({interp::Points(rows_of(nodes)), rotations, {}}, mesh, options, known);
+    map = interp::make_map_for({interp::Points(rows_of(nodes)), rotations, {}, false, {}}, mesh, options, known);
   }
 
   // Rotations that the map would leave aside would be a motion other than the one that was given.

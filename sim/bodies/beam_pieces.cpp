@@ -121,6 +121,14 @@ Section section_at(const BeamDef& beam, double s) {
   return make_section(a.section.shape, size);
 }
 
+Eigen::Vector4d shear_length2(const BeamDef& beam, double s) {
+  const Section at = section_at(beam, s);
+  const double stiffnesses = 2.0 * (1.0 + beam.material.poisson);  // E/G
+  const double y = at.shear_y > 0.0 ? stiffnesses / (at.shear_y * at.area) : 0.0;
+  const double z = at.shear_z > 0.0 ? stiffnesses / (at.shear_z * at.area) : 0.0;
+  return {y * at.iz, y * at.iyz, z * at.iyz, z * at.iy};
+}
+
 Section piece_section(const BeamDef& beam, int k) {
   if (beam.stations.empty()) return beam.section;
   return section_at(beam, (piece_start(beam, k) + 0.5 * piece_length(beam, k)) / beam.length);

@@ -20,6 +20,8 @@ double piece_length(const BeamDef& beam, int k);
 Section piece_section(const BeamDef& beam, int k);
 // The section at x/L = s; at a step the one before it.
 Section section_at(const BeamDef& beam, double s);
+// Its shear per third derivative of the deflection at x/L = s, (k G A)^-1 E I, m^2, as yy yz zy zz; 0 where no shear factor is known.
+Eigen::Vector4d shear_length2(const BeamDef& beam, double s);
 
 // Pose of piece k of a curved beam in the body's frame, in whose axes the curve is given. It is straight: along its chord, as far beside
 // that as the curve is on the average (Simpson's rule, exact for a parabola), so that forces have their true levers.

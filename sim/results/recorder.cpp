@@ -1,5 +1,6 @@
 #include "sim/results/recorder.h"
 
+#include "sim/bodies/beam_pieces.h"
 #include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/kinematics.h"
 #include "sim/dynamics/massless.h"
@@ -22,6 +23,23 @@ const char* kind_name(const BodyDef& body) {
   if (std::holds_alternative<BeamDef>(body.kind)) return "beam";
   if (std::holds_alternative<ModalDef>(body.kind)) return "modal";
   return "statespace";
+}
+
+// ResultBody::node_shear of the beam's sections at its nodes.
+MatX node_shear(const Model& model, const BodyDef& def, const ResultBody& body) {
+  const auto* beam = std::get_if<BeamDef>(&def.kind);
+  const auto on = [&](const char* effect) {
+    return std::any_of(model.effects.begin(), model.effects.end(),
+                       [&](const EffectState& e) { return e.owner == def.name && e.effect == effect && e.on; });
+  };
+  if (!beam || beam->axis || !on("shear")) return {};
+  const double y = on("bending_xy") ? 1.0 : 0.0, z = on("bending_xz") ? 1.0 : 0.0;
+  MatX out(static_cast<Eigen::Index>(body.nodes.size()), 4);
+  for (Eigen::Index k = 0; k < out.rows(); ++k) {
+    const double s = std::clamp(body.nodes[k].origin.x() / beam->length, 0.0, 1.0);
+    out.row(k) = shear_length2(*beam, s).cwiseProduct(Eigen::Vector4d(y, y * z, y * z, z)).transpose();
+  }
+  return out;
 }
 
 int first_piece(const Model& model, int body) { return model.pieces[body].front(); }
@@ -158,6 +176,7 @@ Recorder::Recorder(System& system, const std::vector<double>& times) {
       if (const auto* modal = std::get_if<ModalDef>(&def.kind); modal && !chosen.empty()) set_node_shapes(part.body, chosen, body);
       before = here;
     }
+    body.node_shear = node_shear(model, def, body);
     body.displacement = RowsX::Zero(nt, 3 * static_cast<Eigen::Index>(body.nodes.size()));
     body.rotation = RowsX::Zero(nt, 3 * static_cast<Eigen::Index>(body.nodes.size()));
     body.q = body.qd = RowsX::Zero(nt, n);

@@ -41,7 +41,10 @@ struct ResultBody {
   std::vector<ResultNode> nodes;  // nn simulation nodes; empty for a rigid body
   RowsX displacement;             // nt x 3 nn: ux uy uz of node 0, of node 1, ...; m
   RowsX rotation;                 // nt x 3 nn, rad; empty: unknown
-  RowsX q, qd;                    // nt x n elastic coordinates and rates (all parts, in order)
+  // Straight beams that shear: at each node (k G A)^-1 E I, m^2, as yy yz zy zz in the axes of the body; empty: sections are square to the
+  // axis.
+  MatX node_shear;  // nn x 4
+  RowsX q, qd;      // nt x n elastic coordinates and rates (all parts, in order)
   // Modal bodies only: displacement of the nodes per elastic coordinate, so that a renderer can map modes once.
   MatX node_phi;  // 3 nn x n or empty
   MatX node_psi;  // 3 nn x n or empty

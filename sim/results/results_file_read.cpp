@@ -104,6 +104,7 @@ ResultBody read_body(const Reader& reader, hid_t group, const std::string& name,
     body.rotation = reader.rows(group, "rotation", path, {nt, nn, 3}, true);
   }
 
+  body.node_shear = reader.numbers(group, "node_shear", path, {nn, 4}, true);
   body.node_von_mises = reader.numbers(group, "node_von_mises", path, {nt, nn}, true);
   if (reader.has(group, "surface")) body.surface = read_surface(reader, group, path, nn);
   const MatX color = reader.numbers(group, "color", path, {3}, true);

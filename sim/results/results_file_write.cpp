@@ -71,6 +71,8 @@ void write_body(hid_t bodies, const ResultBody& body, long index, hsize_t nt) {
   write_rows(group, "rotation", body.rotation, {nt, nn, 3}, "rad",
              "rotation vector of the nodes from their undeformed orientation, in the body frame");
 
+  write_numbers(group, "node_shear", body.node_shear, {nn, 4}, "m^2", "of a beam that shears: (k G A)^-1 E I as yy yz zy zz");
+
   const auto n = static_cast<hsize_t>(body.q.cols());
   write_rows(group, "q", body.q, {nt, n}, "", "elastic coordinates");
   write_rows(group, "qd", body.qd, {nt, n}, "", "elastic rates");

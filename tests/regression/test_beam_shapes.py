@@ -4,6 +4,7 @@ import pathlib
 import re
 import sys
 
+import h5py
 import numpy as np
 from arrays import simulate_and_say as simulate
 from program import expect, finish, near, run, temporary_folder
@@ -560,6 +561,40 @@ def held_warping(folder):
         expect("warp" not in says, f"an I-beam that is not twisted: {says}")
 
 
+def drawn_sections(folder):
+    """Stubby consoles under a force at the tip, static: every drawn vertex by Timoshenko's equations, sections aslant by the shear."""
+    rnd = np.random.default_rng(4)
+    for k in range(4):
+        L = rnd.uniform(0.4, 2.0)
+        h = L / rnd.uniform(1.5, 8.0)
+        w = h * rnd.uniform(0.5, 2.0)
+        area, iy, iz, shares = w * h, h * w**3 / 12, w * h**3 / 12, np.array([5 / 6, 5 / 6])
+        words, iyz = f'shape = "rectangle", width = {w}, height = {h}', 0.0
+        if k % 2:
+            iyz, shares = rnd.uniform(-0.6, 0.6) * math.sqrt(iy * iz), rnd.uniform(0.3, 1.0, 2)
+            words = f'shape = "general", area = {area}, iy = {iy}, iz = {iz}, iyz = {iyz}, j = {iy + iz}'
+            words += f", shear_y = {shares[0]}, shear_z = {shares[1]}"
+        P = rnd.uniform(-1, 1, 2) * 1e-4 * E * min(iy, iz) / L**2
+        more = f"length = {L}\nsection = {{ {words} }}\nelements = {1 + 2 * k}\n"
+        more += 'model = "finite-element"\neffects = ["bending_xy", "bending_xz", "shear"]\n'
+        scene = statics() + beam("beam", more) + clamp() + force("beam.tip", f"[0, {P[0]}, {P[1]}]", np.hypot(*P))
+        scene += output("tip", "beam.tip", "position") + "[render]\nframe_rate = 1000\nspeed = 1\n"
+        (folder / "sheared.toml").write_text(scene)
+        expect(run("simulate", folder / "sheared.toml", "-q", "-o", folder / "sheared.h5").returncode == 0, "consoles that shear run")
+        expect(run("export", folder / "sheared.h5", "--to", "vtkhdf", "-o", folder / "sheared.vtkhdf").returncode == 0, "export")
+        with h5py.File(folder / "sheared.vtkhdf") as file:
+            count = file["VTKHDF/NumberOfPoints"][0]
+            moved = file["VTKHDF/Points"][:count].astype(float)
+            u = file["VTKHDF/PointData/displacement"][:count].astype(float)
+        x = (moved - u)[:, 0]
+        bent = np.linalg.solve(E * np.array([[iz, iyz], [iyz, iy]]), P)
+        axis = np.outer(L * x**2 / 2 - x**3 / 6, bent) + np.outer(x, P / (G * area * shares))
+        turn = np.outer(L * x - x**2 / 2, bent)
+        truth = np.column_stack([-np.sum((moved - u)[:, 1:] * turn, axis=1), axis])
+        # Single precision of the vertices' places.
+        near(np.abs(u - truth).max(), 0.0, 1e-4 * np.abs(truth).max(), f"vertices of console {k}, {L / h:.1f} heights long")
+
+
 def warnings_and_refusals(folder):
     u = 'length = 1\nsection = { shape = "u", width = 0.05, height = 0.1, web = 0.004, flange = 0.004 }\n'
     says = simulate(
@@ -617,6 +652,7 @@ with temporary_folder() as folder:
         right_angle_frame,
         rotary_frequencies,
         shear_shares,
+        drawn_sections,
         held_warping,
         warnings_and_refusals,
     ):

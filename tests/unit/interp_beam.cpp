@@ -164,6 +164,88 @@ TEST(InterpBeam, LinearIsTheLimitOfExact) {
   }
 }
 
+// A console of three heights under forces at its tip that bend it both ways, its section's axes turned, by Timoshenko's equations: places
+// and turns of any point, not of the nodes only.
+TEST(InterpBeam, SectionsOfShearedBeamsStandAslant) {
+  const Body bar = make_bar(1.0, 0.15, 41, 12);
+  // E I and k G A of a section, P on the tip; curvature E I w'' = P (1 - x), shear k G A g = P.
+  Eigen::Matrix2d ei, kga;
+  ei << 2.0, 0.6, 0.6, 3.0;
+  kga << 40.0, 0.0, 0.0, 25.0;
+  const Eigen::Vector2d force(1e-4, -2e-4);
+  const Eigen::Vector2d bent = ei.inverse() * force, shear = kga.inverse() * force;
+  const auto slope = [&](double x) { return Eigen::Vector2d(bent * (x - 0.5 * x * x)); };
+  const auto axis = [&](double x) { return Eigen::Vector2d(bent * (0.5 * x * x - x * x * x / 6.0) + shear * x); };
+  const std::vector<double> at{0.0, 0.17, 0.5, 0.77, 1.0};
+  const auto n = static_cast<Eigen::Index>(at.size());
+  Nodes nodes;
+  nodes.rotations = nodes.finite = true;
+  nodes.positions = Points::Zero(n, 3);
+  Points u = Points::Zero(n, 3), theta = u;
+  Mat3 length2 = Mat3::Zero();
+  length2.bottomRightCorner<2, 2>() = kga.inverse() * ei;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    nodes.positions(i, 0) = at[i];
+    u.row(i).tail<2>() = axis(at[i]).transpose();
+    theta.row(i) << 0.0, -slope(at[i])[1], slope(at[i])[0];
+    nodes.shear.push_back(length2);
+  }
+  Options options;
+  options.precise = true;
+  const Map map = make_map(nodes, bar.view(), options);
+  const Points linear = apply_linear(map, u, theta), exact = apply_precise(map, u, theta);
+  nodes.shear.clear();
+  const Points square = apply_linear(make_map(nodes, bar.view(), options), u, theta);
+  double worst = 0.0, apart = 0.0, without = 0.0;
+  for (Eigen::Index v = 0; v < bar.v.rows(); ++v) {
+    const double x = bar.v(v, 0);
+    const Eigen::RowVector3d truth(-bar.v.row(v).tail<2>().dot(slope(x).transpose()), axis(x)[0], axis(x)[1]);
+    worst = std::max(worst, (linear.row(v) - truth).norm());
+    apart = std::max(apart, (exact.row(v) - linear.row(v)).norm());
+    without = std::max(without, (square.row(v) - truth).norm());
+  }
+  // Between stations slopes are those of parabolas: exact here.
+  EXPECT_LE(worst, 1e-12);
+  EXPECT_LE(apart, 2.0 * u.squaredNorm());
+  EXPECT_GE(without, 0.1 * 0.15 * shear.norm());
+}
+
+// Where the shear jumps at a node (a force between two elements), sections keep their turn and the axis bends within an eighth of an
+// interval.
+TEST(InterpBeam, ShearJumpsAtAForce) {
+  const Body bar = make_bar(1.0, 0.1, 81, 8);
+  // Held at its root, P = 1e-4 at the middle: the second half is straight and not sheared.
+  const double ei = 1.0, kga = 30.0, force = 1e-4;
+  const auto slope = [&](double x) { return force / ei * (x < 0.5 ? 0.5 * x - 0.5 * x * x : 0.125); };
+  const auto axis = [&](double x) {
+    return x < 0.5 ? force / ei * (0.25 * x * x - x * x * x / 6.0) + force / kga * x
+                   : force / ei * (0.25 * 0.25 - 0.125 / 6.0 + 0.125 * (x - 0.5)) + force / kga * 0.5;
+  };
+  Nodes nodes;
+  nodes.rotations = nodes.finite = true;
+  nodes.positions = Points::Zero(5, 3);
+  Points u = Points::Zero(5, 3), theta = u;
+  for (int i = 0; i < 5; ++i) {
+    const double x = 0.25 * i;
+    nodes.positions(i, 0) = x;
+    u(i, 1) = axis(x);
+    theta(i, 2) = slope(x);
+    nodes.shear.emplace_back(Vec3(0.0, ei / kga, ei / kga).asDiagonal());
+  }
+  Options options;
+  options.precise = true;
+  const Points got = apply_precise(make_map(nodes, bar.view(), options), u, theta);
+  double along = 0.0, across = 0.0;
+  for (Eigen::Index v = 0; v < bar.v.rows(); ++v) {
+    const double x = bar.v(v, 0);
+    along = std::max(along, std::abs(got(v, 0) + bar.v(v, 1) * slope(x)));
+    across = std::max(across, std::abs(got(v, 1) - axis(x)));
+  }
+  const double jump = force / kga;
+  EXPECT_LE(along, 0.05 * 0.1 * jump);
+  EXPECT_LE(across, 0.5 * jump * 0.25 / 8.0 * 4.0 / 27.0 * 1.05);
+}
+
 TEST(InterpBeam, TorsionWithoutRotationsWarns) {
   const BeamData d = beam_mode(5, 1, false);
   const Map map = make_map(d.nodes, make_bar(1.0, 0.02, 21, 8).view());

@@ -110,11 +110,11 @@ TEST(InterpWatch, MapsAreGivenUpOrTheSame) {
     Options options;
     options.scheme = scheme;
     options.threads = 1;  // the looks of one thread are always as many
-    const Map alone = make_map({s.nodes, false, {}}, mesh, options);
+    const Map alone = make_map({s.nodes, false, {}, false, {}}, mesh, options);
     long asked = 0;
     {
       const Watch watch([&] { ++asked; });
-      const Map watched = make_map({s.nodes, false, {}}, mesh, options);
+      const Map watched = make_map({s.nodes, false, {}, false, {}}, mesh, options);
       EXPECT_EQ(watched.weights.single, alone.weights.single);
     }
     EXPECT_GT(asked, 20);
@@ -123,7 +123,7 @@ TEST(InterpWatch, MapsAreGivenUpOrTheSame) {
       const Watch watch([&] {
         if (++count >= stop) throw Stop{};
       });
-      EXPECT_THROW(make_map({s.nodes, false, {}}, mesh, options), Stop) << stop << " of " << asked;
+      EXPECT_THROW(make_map({s.nodes, false, {}, false, {}}, mesh, options), Stop) << stop << " of " << asked;
     }
   }
 }
