@@ -4,6 +4,9 @@
 #include "sim/base/file_output.h"
 
 #include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <cstring>
 
 #include <fmt/format.h>
 
@@ -53,10 +56,50 @@ Id make_group(hid_t parent, const std::string& name) {
 
 namespace {
 
-// A chunk at a time, row by row.
+// HDF5's filter fletcher32: sums of words of 16 bits, and of these sums, in ones' complement. Its own takes half of the time in which a
+// file is written, one word after the other; these are the same sums, eight words at once.
+std::uint32_t fletcher32(const std::vector<double>& numbers) {
+  using Words __attribute__((vector_size(16))) = std::uint16_t;
+  using Sums __attribute__((vector_size(32))) = std::uint32_t;
+  constexpr std::size_t lanes = 8, rounds = 256;  // no sum leaves 32 bits
+  constexpr std::uint64_t ones = 65535;
+  const auto* bytes = reinterpret_cast<const unsigned char*>(numbers.data());
+  const std::size_t all = numbers.size() * sizeof(double) / 2;
+  std::uint64_t sum = 0, of_sums = 0;
+  bool any = false;
+  std::uint16_t word[lanes * rounds];
+  for (std::size_t first = 0; first < all; first += lanes * rounds) {
+    const std::size_t words = std::min(lanes * rounds, all - first), count = (words + lanes - 1) / lanes;
+    std::memcpy(word, bytes + 2 * first, 2 * words);
+    std::fill(word + words, word + count * lanes, std::uint16_t{0});
+    Sums plain{}, running{};
+    for (std::size_t k = 0; k < count; ++k) {
+      Words at;
+      std::memcpy(&at, word + lanes * k, sizeof(at));
+      plain += __builtin_convertvector(at, Sums);
+      running += plain;
+    }
+    // Word k of lane i counts words - (lanes k + i) times, running has it count - k times.
+    const std::uint64_t beyond = lanes * count - words;
+    std::uint64_t here = 0, weighted = 0;
+    for (std::size_t i = 0; i < lanes; ++i) {
+      here += plain[i];
+      weighted += lanes * std::uint64_t{running[i]} - (i + beyond) * plain[i];
+    }
+    any = any || here > 0;
+    of_sums = (of_sums + words * sum + weighted) % ones;
+    sum = (sum + here) % ones;
+  }
+  // Its words have the high byte first: 256 times these, for 2^16 is 1 here. Zero is only what is all zeros.
+  const auto folded = [&](std::uint64_t s) { return static_cast<std::uint32_t>(any && s == 0 ? ones : s); };
+  return folded(256 * of_sums % ones) << 16 | folded(256 * sum % ones);
+}
+
+// A chunk at a time, row by row: as HDF5 would write it, past its own copies.
 template <class Values>
 void write_chunks(hid_t parent, const std::string& name, const Values& values, const std::vector<hsize_t>& dims, const std::string& unit,
                   const std::string& meaning) {
+  static_assert(std::endian::native == std::endian::little, "chunks are written as they lie in memory");
   if (values.size() == 0) return;
   const std::size_t row_bytes = values.cols() * sizeof(double);
   const auto block = static_cast<hsize_t>(std::clamp<std::size_t>(chunk_bytes / row_bytes, 1, static_cast<std::size_t>(values.rows())));
@@ -70,21 +113,19 @@ void write_chunks(hid_t parent, const std::string& name, const Values& values, c
   if (!unit.empty()) write_attribute(set, "unit", unit);
   write_attribute(set, "meaning", meaning);
 
-  RowsX turned;
-  for (hsize_t first = 0; first < dims[0]; first += block) {
-    const hsize_t count = std::min(block, dims[0] - first);
-    const auto chunk_rows = values.middleRows(static_cast<Eigen::Index>(first), static_cast<Eigen::Index>(count));
-    const double* numbers = chunk_rows.data();
-    if constexpr (!Values::IsRowMajor) {
-      turned = chunk_rows;
-      numbers = turned.data();
-    }
-    std::vector<hsize_t> start(dims.size(), 0), extent = dims;
-    start[0] = first;
-    extent[0] = count;
-    check(H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, extent.data(), nullptr));
-    const Id memory(done(H5Screate_simple(static_cast<int>(extent.size()), extent.data(), nullptr)), H5Sclose);
-    check(H5Dwrite(set, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, numbers));
+  std::vector<hsize_t> start(dims.size(), 0);
+  const std::size_t size = static_cast<std::size_t>(block) * static_cast<std::size_t>(values.cols());
+  std::vector<double> numbers(size);
+  std::vector<unsigned char> bytes(size * sizeof(double) + 4);
+  for (start[0] = 0; start[0] < dims[0]; start[0] += block) {
+    const auto count = static_cast<Eigen::Index>(std::min(block, dims[0] - start[0]));
+    Eigen::Map<RowsX> rows(numbers.data(), static_cast<Eigen::Index>(block), values.cols());
+    rows.topRows(count) = values.middleRows(static_cast<Eigen::Index>(start[0]), count);
+    rows.bottomRows(rows.rows() - count).setZero();
+    std::memcpy(bytes.data(), numbers.data(), size * sizeof(double));
+    const std::uint32_t sums = fletcher32(numbers);
+    for (std::size_t k = 0; k < 4; ++k) bytes[size * sizeof(double) + k] = static_cast<unsigned char>(sums >> 8 * k);
+    check(H5Dwrite_chunk(set, H5P_DEFAULT, 0, start.data(), bytes.size(), bytes.data()));
   }
 }
 
