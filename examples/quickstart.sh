@@ -16,7 +16,7 @@ preset=release
 if [[ ! -f build/release/build.ninja ]] && command -v clang++ >/dev/null && [[ -z $(missing_packages clang) ]]; then preset=clang; fi
 if [[ ! -f build/$preset/build.ninja ]]; then
   echo "configuring"
-  if ! cmake --preset "$preset" -D FLEXFRAME_TESTS=OFF -D FLEXFRAME_BENCHMARKS=OFF \
+  if ! cmake --preset "$preset" -D FLEXFRAME_TESTS=OFF -D FLEXFRAME_BENCHMARKS=OFF -D FLEXFRAME_UNITY=ON \
     -D CMAKE_COMPILE_WARNING_AS_ERROR=OFF >build/configure.log 2>&1; then
     echo "configuring failed; its last words (all of them: build/configure.log):" >&2
     tail -n 20 build/configure.log >&2

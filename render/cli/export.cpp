@@ -25,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Words {
+struct ExportWords {
   std::string results, to, out, scene;
   double scale = 1.0;
   bool json = false, head = false, ghosts = false, traces = false;
@@ -55,7 +55,7 @@ nlohmann::ordered_json export_csv(const sim::Results& results, const fs::path& o
   return {{"columns", results.outputs.size() + 1}, {"rows", results.times.size()}};
 }
 
-nlohmann::ordered_json export_gltf(const ResultsJob& job, const Words& words, const fs::path& out, Told& told) {
+nlohmann::ordered_json export_gltf(const ResultsJob& job, const ExportWords& words, const fs::path& out, Told& told) {
   const film::Animation animation = film::make_animation(job.results, job.settings, job.scene ? &*job.scene : nullptr);
   film::GltfReport report;
   render::write_file(
@@ -102,7 +102,7 @@ nlohmann::ordered_json export_video(const ResultsJob& job, const RenderWords& re
 }  // namespace
 
 Command add_export(Program& program) {
-  const auto words = std::make_shared<Words>();
+  const auto words = std::make_shared<ExportWords>();
   Subcommand app = program.subcommand("export", "results for other programs: CSV, HTML page, glTF, VTK, video");
   app.footer(R"(csv   the histories: a column an output (RESULTS.csv)
 html  one page for any browser: the scene to be turned round, playing, exaggeration by a slider, plots (RESULTS.html)

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Words {
+struct ImportWords {
   std::vector<std::string> files, meshes;
   std::string out, mapping, scene, mesh_unit, length_unit, angle_unit, stress_unit, title, up;
   std::optional<double> step;
@@ -34,7 +34,7 @@ std::optional<double> unit_of(const char* option, const std::string& text, const
   return unit->factor;
 }
 
-imports::Request request_of(const Words& words) {
+imports::Request request_of(const ImportWords& words) {
   imports::Request request;
   for (const std::string& file : words.files) request.files.emplace_back(file);
   request.mapping = words.mapping;
@@ -90,7 +90,7 @@ void print_imported(const imports::Imported& imported, const std::string& out) {
 }  // namespace
 
 Command add_import(Program& program) {
-  const auto words = std::make_shared<Words>();
+  const auto words = std::make_shared<ImportWords>();
   Subcommand app = program.subcommand("import", "results of another program: tables, Modelica, finite elements, robots");
   app.footer(R"(csv, txt   a table with times: NAME.x NAME.y NAME.z NAME.qw NAME.qx NAME.qy NAME.qz ..., or any columns with --map
 mat        Modelica result of Dymola or OpenModelica

@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Words {
+struct LoadPathWords {
   std::string scene, out;
   std::vector<std::string> settings;
   sim::LoadPathOptions path;
@@ -55,7 +55,7 @@ film::Diagram path_diagram(const sim::LoadPath& path, const std::string& force) 
 }
 
 // Limit points, and why the curve ends early where it does.
-void report(const Words& w, const sim::LoadPath& path, const fs::path& csv, const fs::path& svg) {
+void report(const LoadPathWords& w, const sim::LoadPath& path, const fs::path& csv, const fs::path& svg) {
   nlohmann::ordered_json limits = nlohmann::ordered_json::array();
   for (const sim::LoadPathState& state : path.states) {
     if (!state.limit) continue;
@@ -81,7 +81,7 @@ void report(const Words& w, const sim::LoadPath& path, const fs::path& csv, cons
   fmt::print("{}\n", json_text(json));
 }
 
-int follow(const Words& w) {
+int follow(const LoadPathWords& w) {
   if (w.path.from == w.path.to) throw UsageError(fmt::format("--from and --to are both {}; give a range of loads", w.path.to));
   const Job job = read_job(w.scene, w.settings);
   const sim::LoadPath path = sim::load_path(job.scene, w.path);
@@ -97,7 +97,7 @@ int follow(const Words& w) {
 }  // namespace
 
 Command add_load_path(Program& program) {
-  const auto w = std::make_shared<Words>();
+  const auto w = std::make_shared<LoadPathWords>();
   Subcommand app = program.subcommand("load-path", "states of equilibrium over a load, through limit points where a structure snaps");
   app.option("SCENE", w->scene, "scene file (TOML)").required();
   app.option("--force", w->path.force, "name of the force, torque or distributed force that is varied; default: all loads, weight too")

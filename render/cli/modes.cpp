@@ -124,7 +124,7 @@ sim::Results swing(const sim::BodyFile& file, bool drawn, int k, double amplitud
   return r;
 }
 
-struct Words {
+struct ModesWords {
   std::string body, mesh, out, over;
   std::vector<std::string> at;
   std::vector<std::string> settings;
@@ -145,7 +145,7 @@ film::RenderSettings swing_settings(film::RenderSettings settings, const RenderW
   return settings;
 }
 
-void animate_body(const Words* w) {
+void animate_body(const ModesWords* w) {
   const sim::BodyFile file = sim::read_body(w->body, w->body);
   const sim::FlexibleBody& body = file.body;
   if (body.n == 0) throw sim::InputError(fmt::format("{}: a rigid body has no modes", w->body));
@@ -201,7 +201,7 @@ std::string mode_text(const sim::LinearMode& mode) {
   }
 }
 
-std::vector<int> chosen_modes(const Words& w, size_t count) {
+std::vector<int> chosen_modes(const ModesWords& w, size_t count) {
   std::vector<int> modes = w.modes;
   // Of many the first are what one wants to see.
   if (modes.empty())
@@ -211,7 +211,7 @@ std::vector<int> chosen_modes(const Words& w, size_t count) {
   return modes;
 }
 
-void animate_mechanism(const Words& w) {
+void animate_mechanism(const ModesWords& w) {
   const Job job = read_job(w.body, w.settings);
   const sim::System system = sim::make_system(job.scene);
   sim::Linearisation linear = sim::linearise(system);
@@ -284,7 +284,7 @@ Sweep parse_sweep(const std::string& text) {
 // Frequencies and damping over a value, CSV and SVG.
 class ModeTable {
  public:
-  ModeTable(const Words& w, const std::string& over, const std::string& label)
+  ModeTable(const ModesWords& w, const std::string& over, const std::string& label)
       : name_(fs::path(w.body).stem().string()),
         out_(w.out.empty() ? fs::path(name_ + "-modes") : fs::path(w.out)),
         csv_(over + ",mode,kind,frequency,damping,real,imaginary\n"),
@@ -321,7 +321,7 @@ class ModeTable {
 };
 
 // At times of a run: of the mechanism as it stands there.
-void modes_at_times(const Words& w) {
+void modes_at_times(const ModesWords& w) {
   const Job job = read_job(w.body, w.settings);
   std::vector<double> times;
   for (const std::string& text : w.at) {
@@ -353,7 +353,7 @@ void modes_at_times(const Words& w) {
 }
 
 // Over a parameter, over a speed the Campbell diagram.
-void sweep_modes(const Words& w) {
+void sweep_modes(const ModesWords& w) {
   const Sweep sweep = parse_sweep(w.over);
   ModeTable table(w, sweep.name, sweep.name);
   Progress progress("modes");
@@ -370,7 +370,7 @@ void sweep_modes(const Words& w) {
 }  // namespace
 
 Command add_modes(Program& program) {
-  const auto w = std::make_shared<Words>();
+  const auto w = std::make_shared<ModesWords>();
   Subcommand app =
       program.subcommand("modes", "modes of a mechanism about its start or of a flexible body: films, frequencies over a parameter");
   app.option("FILE", w->body, "scene file (.toml), or flexible body (.sid, .SID_FEM, .h5)").required();

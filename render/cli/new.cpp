@@ -42,7 +42,7 @@ std::string with_name(std::string text, const std::string& name) {
   return text;
 }
 
-struct Words {
+struct NewWords {
   std::string name, kind = "pendulum";
   bool json = false;
 };
@@ -57,7 +57,7 @@ const Template& find_template(const std::string& word) {
       fmt::format("--template {} is unknown{}; there are {}", sim::quote(word), sim::did_you_mean(word, words), sim::list_words(words)));
 }
 
-int make(const Words& words) {
+int make(const NewWords& words) {
   const Template& chosen = find_template(words.kind);
   fs::path base = words.name;
   if (base.extension() == ".toml") base.replace_extension();
@@ -95,7 +95,7 @@ int make(const Words& words) {
 }  // namespace
 
 Command add_new(Program& program) {
-  const auto w = std::make_shared<Words>();
+  const auto w = std::make_shared<NewWords>();
   Subcommand app = program.subcommand("new", "a commented scene to start from");
   app.option("NAME", w->name, "name of the scene: NAME.toml is made").required();
   app.option("-t,--template", w->kind, "what to start from, see below").as("WORD").show_default();

@@ -29,14 +29,14 @@
 namespace flexframe::cli {
 namespace {
 
-struct Words {
+struct ReduceWords {
   sim::ReduceRequest request;
   std::string model, output, mesh, report, mass, node_table, dofs, cache, scratch;
   bool no_stiffening = false, no_cut_off = false, json = false, silent = false, fresh = false;
   double memory = 0.0;
 };
 
-std::string report_text(const Words& w, const sim::Reduction& r) {
+std::string report_text(const ReduceWords& w, const sim::Reduction& r) {
   const sim::ReduceReport& p = r.report;
   std::string t = fmt::format(
       "# Reduction of {}\n\n{} nodes, {} elements, {} degrees of freedom, {} rigid motions; factorised matrix of {:.3g} million "
@@ -91,7 +91,7 @@ bool as_hdf5(const std::string& output) {
 }
 
 // All words that decide the body, by name.
-nlohmann::ordered_json words_of(const Words& w) {
+nlohmann::ordered_json words_of(const ReduceWords& w) {
   const sim::ReduceRequest& q = w.request;
   const sim::ReduceOptions& o = q.options;
   return {{"mass", w.mass},
@@ -124,7 +124,7 @@ nlohmann::ordered_json words_of(const Words& w) {
 }
 
 // Those words, and the program that makes the body. The model's files are looked at when the answer is used.
-std::string question_text(const Words& w) {
+std::string question_text(const ReduceWords& w) {
   std::error_code error;
   const nlohmann::ordered_json all = {program_fingerprint(), w.model, std::filesystem::current_path(error).string(), words_of(w)};
   const std::vector<std::uint8_t> bytes = nlohmann::ordered_json::to_cbor(all);  // names of files need not be UTF-8
@@ -132,7 +132,7 @@ std::string question_text(const Words& w) {
 }
 
 // The body's file as bytes, by way of a file of its own: HDF5 writes to nothing else that is whole or not there.
-std::string hdf5_text(const Words& w, const sim::Reduction& r, const std::string& comment) {
+std::string hdf5_text(const ReduceWords& w, const sim::Reduction& r, const std::string& comment) {
   const std::string words = words_of(w).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   const sim::BodyFile file{.body = r.body,
                            .comment = comment,
@@ -152,7 +152,7 @@ std::string hdf5_text(const Words& w, const sim::Reduction& r, const std::string
 }
 
 // Reduces, and keeps what took longer than looking it up.
-KeptTexts make(const Words& w, const KeptWork& work, const std::function<void(const std::string&)>& progress) {
+KeptTexts make(const ReduceWords& w, const KeptWork& work, const std::function<void(const std::string&)>& progress) {
   constexpr double worth = 0.2;  // CPU s
   const sim::FilesRead files;
   const auto [model, r] = sim::reduce(w.request, progress, throw_if_interrupted);
@@ -168,7 +168,7 @@ KeptTexts make(const Words& w, const KeptWork& work, const std::function<void(co
   return texts;
 }
 
-int run(Words& w) {
+int run(ReduceWords& w) {
   sim::ReduceRequest& request = w.request;
   request.model = w.model;
   request.mass = w.mass;
@@ -213,7 +213,7 @@ int run(Words& w) {
 }  // namespace
 
 void reduce_model(const std::string& model, const std::string& sid, const std::vector<std::string>& interfaces, int modes, double damping) {
-  Words w;
+  ReduceWords w;
   w.model = model;
   w.output = sid;
   w.request.interfaces = interfaces;
@@ -224,7 +224,7 @@ void reduce_model(const std::string& model, const std::string& sid, const std::v
 }
 
 Command add_reduce(Program& program) {
-  const auto w = std::make_shared<Words>();
+  const auto w = std::make_shared<ReduceWords>();
   Subcommand app = program.subcommand("reduce", "make a flexible body (SID) from a finite element model");
   app.option("MODEL", w->model,
              "Abaqus or CalculiX .inp, Nastran .bdf .nas .dat, gmsh .msh, Salome .med, VTK .vtu, CalculiX .sti (with .mas .dof .inp beside "

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Words {
+struct FilmWords {
   std::vector<std::string> results;
   std::string scene, out;
   bool json = false, overlay = false, beside = false;
@@ -41,7 +41,7 @@ std::vector<std::string> run_names(const std::vector<std::string>& files) {
   return names;
 }
 
-DrawingReport draw_runs(const Words& words, const fs::path& out, const std::string& name, nlohmann::ordered_json& differences) {
+DrawingReport draw_runs(const FilmWords& words, const fs::path& out, const std::string& name, nlohmann::ordered_json& differences) {
   std::vector<ResultsJob> jobs;
   std::vector<film::Run> runs;
   for (const std::string& file : words.results) jobs.push_back(read_results_job(file, words.scene, words.render));
@@ -68,7 +68,7 @@ DrawingReport draw_runs(const Words& words, const fs::path& out, const std::stri
   return drawing;
 }
 
-DrawingReport draw_one(const Words& words, const fs::path& out, const std::string& name) {
+DrawingReport draw_one(const FilmWords& words, const fs::path& out, const std::string& name) {
   const ResultsJob job = read_results_job(words.results.front(), words.scene, words.render);
   DrawingReport drawing = run_drawing(job.results, job.settings, job.scene ? &*job.scene : nullptr, words.render, out, name);
   // What the simulation warned of holds for its pictures too.
@@ -96,7 +96,7 @@ int hand_over_drawing(const std::filesystem::path& out, const RenderWords& words
 }  // namespace
 
 Command add_render(Program& program) {
-  const auto words = std::make_shared<Words>();
+  const auto words = std::make_shared<FilmWords>();
   Subcommand app = program.subcommand("render", "draw results: PNG pictures, video");
   app.option("RESULTS", words->results, "results file (HDF5); several with --overlay or --beside").as("FILE").required();
   app.option("--scene", words->scene, "file whose [render] table is used, in place of the one in the results: a scene, or that table alone")

@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Words {
+struct ResponseWords {
   std::string scene, force, out;
   std::vector<std::string> settings;
   double from = 0.0, to = 0.0;
@@ -32,7 +32,7 @@ struct Words {
 };
 
 // Evenly spaced logarithms; the frequencies of the modes between them too, where peaks are.
-sim::VecX frequencies_of(const Words& w, const std::vector<double>& modes) {
+sim::VecX frequencies_of(const ResponseWords& w, const std::vector<double>& modes) {
   const double lowest = modes.empty() ? 1.0 : modes.front(), highest = modes.empty() ? 100.0 : modes[std::min<size_t>(modes.size(), 6) - 1];
   const double from = w.from > 0.0 ? w.from : 0.1 * lowest, to = w.to > 0.0 ? w.to : 2.0 * highest;
   if (!(from < to)) throw UsageError(fmt::format("--from {} must be smaller than --to {}", from, to));
@@ -73,8 +73,8 @@ film::Diagram response_diagram(const sim::FrequencyResponse& r, const sim::VecX&
 }
 
 // Where each output is largest: the whole report with --json.
-void report(const Words& w, const sim::FrequencyResponse& r, const sim::VecX& frequencies, const sim::Notes& told, const fs::path& csv,
-            const fs::path& svg) {
+void report(const ResponseWords& w, const sim::FrequencyResponse& r, const sim::VecX& frequencies, const sim::Notes& told,
+            const fs::path& csv, const fs::path& svg) {
   const std::vector<std::string> warnings = told.texts(sim::Severity::warning);
   std::vector<std::string> notes = r.notes;
   for (std::string& note : told.texts(sim::Severity::note)) notes.push_back(std::move(note));
@@ -109,7 +109,7 @@ void tell_of_undamped(const sim::Linearisation& linear, const sim::VecX& frequen
                    hertz.size() == 1 ? " is" : ", are")});
 }
 
-int respond(const Words& w) {
+int respond(const ResponseWords& w) {
   const Job job = read_job(w.scene, w.settings);
   const sim::System system = sim::make_system(job.scene);
   const sim::FrequencyResponse first = sim::frequency_response(system, w.force, sim::VecX::Ones(1));
@@ -137,7 +137,7 @@ int respond(const Words& w) {
 }  // namespace
 
 Command add_response(Program& program) {
-  const auto w = std::make_shared<Words>();
+  const auto w = std::make_shared<ResponseWords>();
   Subcommand app = program.subcommand("response", "frequency response of outputs to a force, for small motions about the start");
   app.option("SCENE", w->scene, "scene file (TOML)").required();
   app.option("--force", w->force, "name of a force, torque or distributed force of the scene").as("NAME").required();

@@ -25,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Words {
+struct SpectrumWords {
   std::string results, order, out;
   std::vector<std::string> columns;
   double from = 0.0, to = 0.0, highest = 0.0;
@@ -55,7 +55,7 @@ struct Samples {
 };
 
 // Those between --from and --to.
-Samples wanted_samples(const Words& w, const sim::Results& results) {
+Samples wanted_samples(const SpectrumWords& w, const sim::Results& results) {
   Eigen::Index first = 0, end = results.times.size();
   while (first < end && results.times[first] < w.from) ++first;
   while (w.to > 0.0 && end > first && results.times[end - 1] > w.to) --end;
@@ -63,7 +63,7 @@ Samples wanted_samples(const Words& w, const sim::Results& results) {
 }
 
 // Over time or turns of the shaft.
-std::vector<Named> spectra_of(const Words& w, const sim::Results& results, const Samples& samples) {
+std::vector<Named> spectra_of(const SpectrumWords& w, const sim::Results& results, const Samples& samples) {
   std::vector<const sim::ResultOutput*> outputs;
   for (const std::string& name : w.columns) outputs.push_back(&find_column(results, w.results, name));
   if (outputs.empty())
@@ -84,7 +84,7 @@ std::vector<Named> spectra_of(const Words& w, const sim::Results& results, const
   return spectra;
 }
 
-std::string spectrum_csv(const Words& w, const std::vector<Named>& spectra, const std::string& axis) {
+std::string spectrum_csv(const SpectrumWords& w, const std::vector<Named>& spectra, const std::string& axis) {
   std::string csv = axis;
   for (const Named& one : spectra) csv += "," + one.output->column;
   csv += '\n';
@@ -97,7 +97,7 @@ std::string spectrum_csv(const Words& w, const std::vector<Named>& spectra, cons
   return csv;
 }
 
-film::Diagram spectrum_diagram(const Words& w, const std::vector<Named>& spectra) {
+film::Diagram spectrum_diagram(const SpectrumWords& w, const std::vector<Named>& spectra) {
   film::Diagram diagram{.title = fs::path(w.results).stem().string() + ": spectrum",
                         .x_label = w.order.empty() ? "frequency, Hz" : "order, periods a turn of " + w.order,
                         .y_label = "amplitude",
@@ -185,7 +185,7 @@ void warn_of_computed(const sim::Results& results, const Samples& samples, const
   }
 }
 
-int write_spectrum(const Words& w) {
+int write_spectrum(const SpectrumWords& w) {
   sim::Results results = sim::read_results(w.results);
   sim::add_driven_coordinates(results);
   const Samples samples = wanted_samples(w, results);
@@ -221,7 +221,7 @@ int write_spectrum(const Words& w) {
 }  // namespace
 
 Command add_spectrum(Program& program) {
-  const auto w = std::make_shared<Words>();
+  const auto w = std::make_shared<SpectrumWords>();
   Subcommand app = program.subcommand("spectrum", "amplitude spectra of outputs, over frequency or over the order of a shaft");
   app.option("RESULTS", w->results, "results file (HDF5)").required();
   app.option("--column", w->columns, "a column of the outputs, tip.y for example; as often as wanted; default: all").as("NAME").one_word();

@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Words {
+struct SweepWords {
   std::string scene, out, sample, sensitivity, shard, minimise, maximise;
   std::vector<std::string> settings, responses, limits;
   double longest = 0.0, precision = sim::GoalWords{}.precision;
@@ -31,7 +31,7 @@ struct Words {
   FinishWords finish;
 };
 
-sim::SweepQuestion question_of(const Words& words) {
+sim::SweepQuestion question_of(const SweepWords& words) {
   sim::SweepQuestion q;
   q.scene = words.scene;
   q.design = {words.settings, words.sample, words.sensitivity, static_cast<std::uint64_t>(words.seed)};
@@ -58,7 +58,7 @@ sim::SweepQuestion question_of(const Words& words) {
 }
 
 // The sweep that the words ask for, or the one that was begun in the folder that stands in the scene's place.
-sim::Sweep sweep_of(const Words& words) {
+sim::Sweep sweep_of(const SweepWords& words) {
   std::error_code error;
   const std::string program = program_fingerprint();
   if (fs::is_directory(words.scene, error)) {
@@ -79,7 +79,7 @@ sim::Sweep sweep_of(const Words& words) {
   return sweep;
 }
 
-sim::ShardReport run_here(const sim::Sweep& sweep, const Words& words, int shard, int shards) {
+sim::ShardReport run_here(const sim::Sweep& sweep, const SweepWords& words, int shard, int shards) {
   Progress progress("sweeping");
   sim::SweepShard options;
   options.shard = shard;
@@ -91,7 +91,7 @@ sim::ShardReport run_here(const sim::Sweep& sweep, const Words& words, int shard
 }
 
 // Cuts the sweep for another engine: tasks of about ten minutes by a pilot run, or four a core of this machine.
-int hand_over_sweep(sim::Sweep& sweep, const Words& words) {
+int hand_over_sweep(sim::Sweep& sweep, const SweepWords& words) {
   constexpr double wanted_seconds = 600.0, pilot_seconds = 20.0;
   const double each = sim::pilot_cpu(sweep, 5, pilot_seconds), all = each * static_cast<double>(sweep.design.size());
   const long most = sweep.goal ? sweep.design.searches() : sweep.design.size();
@@ -112,7 +112,7 @@ int hand_over_sweep(sim::Sweep& sweep, const Words& words) {
   return hand_over(job, words.engine);
 }
 
-int act(const Words& words) {
+int act(const SweepWords& words) {
   if (!words.shard.empty() && words.engine.elsewhere()) throw UsageError("--shard excludes --engine, which hands out shards itself");
   const auto [shard, shards] = shard_of(words.shard);
   sim::Sweep sweep = sweep_of(words);
@@ -142,7 +142,7 @@ int act(const Words& words) {
 }  // namespace
 
 Command add_sweep(Program& program) {
-  const auto words = std::make_shared<Words>();
+  const auto words = std::make_shared<SweepWords>();
   Subcommand app = program.subcommand("sweep", "a scene over ranges, lists and distributions of its keys: table, plots, sensitivities");
   app.option("SCENE", words->scene, "scene file (TOML), or the folder of a sweep that was begun").required();
   app.option("--set", words->settings,
@@ -210,7 +210,7 @@ Command add_collect(Program& program) {
               throw UsageError("--run-missing excludes --other-program: all rows of a table are of one program");
             sim::Sweep sweep = sim::read_sweep(words->folder, words->other_program ? "" : program_fingerprint());
             if (words->run_missing) {
-              Words run;
+              SweepWords run;
               run.workers = words->workers;
               run.resume = true;
               run_here(sweep, run, 1, 1);

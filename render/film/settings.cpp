@@ -22,7 +22,7 @@ constexpr double most_pictures = 1e6;
 // A scale beyond this leaves single precision nothing of the body; stability is asked for up to 1e6.
 constexpr double largest_scale = 1e9;
 
-glm::dvec3 to_glm(const sim::Vec3& v) { return {v.x(), v.y(), v.z()}; }
+glm::dvec3 glm_of(const sim::Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
 std::vector<std::string> to_strings(const std::vector<std::string_view>& words) { return {words.begin(), words.end()}; }
 
@@ -30,10 +30,10 @@ CameraSettings read_camera(const TableReader& reader) {
   reader.allow({"position", "target", "up", "fov", "projection", "height", "fit", "direction", "follow", "views", "orbit", "path", "preset",
                 "window"});
   CameraSettings camera;
-  if (reader.has("position")) camera.position = to_glm(reader.vector3("position", "m"));
-  if (reader.has("target")) camera.target = to_glm(reader.vector3("target", "m"));
-  if (reader.has("direction")) camera.direction = to_glm(reader.direction("direction", sim::Vec3::UnitZ()));
-  if (reader.has("up")) camera.up = to_glm(reader.direction("up", sim::Vec3::UnitY()));
+  if (reader.has("position")) camera.position = glm_of(reader.vector3("position", "m"));
+  if (reader.has("target")) camera.target = glm_of(reader.vector3("target", "m"));
+  if (reader.has("direction")) camera.direction = glm_of(reader.direction("direction", sim::Vec3::UnitZ()));
+  if (reader.has("up")) camera.up = glm_of(reader.direction("up", sim::Vec3::UnitY()));
   camera.fov = reader.number("fov", camera.fov, {.low = 1.0, .high = 170.0, .what = "an angle from 1 to 170 degrees", .unit = "deg"});
   const std::vector<std::string> projections = {"perspective", "orthographic"};
   camera.projection = static_cast<render::Projection>(reader.word("projection", projections, 0));
@@ -55,9 +55,9 @@ CameraSettings read_camera(const TableReader& reader) {
     key.allow({"t", "position", "target", "up", "fov", "height"});
     render::CameraKey at;
     at.t = key.number("t", sim::any_number.in("s"));
-    at.camera.position = to_glm(key.vector3("position", "m"));
-    at.camera.target = to_glm(key.vector3("target", sim::Vec3::Zero(), "m"));
-    at.camera.up = to_glm(key.direction("up", camera.up ? sim::Vec3(camera.up->x, camera.up->y, camera.up->z) : sim::Vec3::UnitY()));
+    at.camera.position = glm_of(key.vector3("position", "m"));
+    at.camera.target = glm_of(key.vector3("target", sim::Vec3::Zero(), "m"));
+    at.camera.up = glm_of(key.direction("up", camera.up ? sim::Vec3(camera.up->x, camera.up->y, camera.up->z) : sim::Vec3::UnitY()));
     at.camera.fov = key.number("fov", camera.fov, {.low = 1.0, .high = 170.0, .what = "an angle from 1 to 170 degrees", .unit = "deg"});
     at.camera.height = key.number("height", camera.height, sim::positive.in("m"));
     at.camera.projection = camera.projection;
@@ -188,7 +188,7 @@ std::vector<DimensionSettings> read_dimensions(const TableReader& reader) {
       d.axis = static_cast<int>(table.word("along", std::vector<std::string>{"x", "y", "z"}));
       if (!d.at.empty()) table.fail("along", "is for distances; with 'at' an angle is measured");
     }
-    if (table.has("offset")) d.offset = to_glm(table.vector3("offset", "m"));
+    if (table.has("offset")) d.offset = glm_of(table.vector3("offset", "m"));
     if (table.has("radius")) {
       d.radius = table.number("radius", 0.0, sim::positive.in("m"));
       if (d.at.empty()) table.fail("radius", "is for angles, which have 'at'");
@@ -299,8 +299,8 @@ RenderSettings read_table(const TableReader& reader) {
   if (const auto section = reader.table("section")) {
     section->allow({"point", "normal", "bodies"});
     settings.section.emplace();
-    if (section->has("point")) settings.section->point = to_glm(section->vector3("point", "m"));
-    settings.section->normal = to_glm(section->direction("normal", sim::Vec3::UnitZ()));
+    if (section->has("point")) settings.section->point = glm_of(section->vector3("point", "m"));
+    settings.section->normal = glm_of(section->direction("normal", sim::Vec3::UnitZ()));
     if (section->has("bodies")) settings.section->bodies = section->texts("bodies");
     settings.section->line = section->line("bodies");
   }

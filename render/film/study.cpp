@@ -107,7 +107,7 @@ int elastic_coordinates_of(const sim::Scene& scene) {
 }
 
 // One run: its histories and what it cost, kept in two files.
-struct Run {
+struct StudyRun {
   std::string key;
   sim::Histories histories;
   std::vector<double> cpu;
@@ -127,8 +127,8 @@ class Runs {
   void set_longest(double seconds) { longest_ = seconds; }
 
   // The first run, or what an interrupted study has of it.
-  Run first(const std::string& setting, const sim::Scene& scene) {
-    Run run;
+  StudyRun first(const std::string& setting, const sim::Scene& scene) {
+    StudyRun run;
     run.key = sim::sha256(fmt::format("{}\n{}\n{}\n{}", options_.version, text_, setting, longest_)).substr(0, 16);
     if (load(run)) return run;
     try {
@@ -147,7 +147,7 @@ class Runs {
     return run;
   }
 
-  void again(Run& run, const sim::Scene& scene) {
+  void again(StudyRun& run, const sim::Scene& scene) {
     run.cpu.push_back(simulate(scene).statistics.cpu_seconds);
     save(run, false);
   }
@@ -164,14 +164,14 @@ class Runs {
     return sim::simulate_histories(scene, o);
   }
 
-  void save(const Run& run, bool histories) const {
+  void save(const StudyRun& run, bool histories) const {
     if (histories && run.failure.empty()) sim::write_whole_file(folder_ / (run.key + ".csv"), to_csv(run.histories));
     const json record = {{"cpu", run.cpu},         {"coordinates", run.coordinates}, {"method", run.method},
                          {"failure", run.failure}, {"units", run.histories.units},   {"energy_scale", run.histories.energy_scale}};
     sim::write_whole_file(folder_ / (run.key + ".json"), record.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
   }
 
-  bool load(Run& run) const {
+  bool load(StudyRun& run) const {
     std::ifstream file(folder_ / (run.key + ".json"));
     if (!file) return false;
     const json record = json::parse(file, nullptr, false);
@@ -188,7 +188,7 @@ class Runs {
     } catch (const std::exception&) {
       // A record that is damaged or of another make is run anew.
       const std::string key = run.key;
-      run = Run{};
+      run = StudyRun{};
       run.key = key;
       return false;
     }
@@ -236,7 +236,7 @@ Reference make_reference(const sim::Scene& scene, const StudyOptions& options, R
                                             explicit_steps ? undamped ? ", erk, few modes" : ", erk" : "");
     // A finer one may take longer than it looked.
     if (last) runs.set_longest(options.reference_seconds);
-    const Run run = runs.first(setting, fine);
+    const StudyRun run = runs.first(setting, fine);
     runs.set_longest(0.0);
     if (!run.failure.empty()) {
       if (!last) throw sim::SimulationError(fmt::format("the reference cannot be computed: {}", run.failure));
@@ -393,11 +393,11 @@ sim::Scene plain_scene(const sim::Scene& scene) {
   plain.simulation.picture_accuracy.reset();
   return plain;
 }
-Run first_run(Runs& runs, const PlannedPoint& p) {
+StudyRun first_run(Runs& runs, const PlannedPoint& p) {
   return runs.first(fmt::format("{} / {} / {} / {}", p.axis, p.series, p.label, p.setting), p.scene);
 }
 // Long runs are steady enough as they are.
-bool to_be_repeated(const Run& run, int repeats) {
+bool to_be_repeated(const StudyRun& run, int repeats) {
   return run.failure.empty() && run.cpu.front() < 2.0 && static_cast<int>(run.cpu.size()) < repeats;
 }
 
@@ -414,7 +414,7 @@ void run_study_shard(const sim::Scene& scene, const StudyOptions& given, int sha
   const std::vector<PlannedPoint> plan = plan_all(scene, options);
   if (shard == 1) {
     const sim::Scene plain = plain_scene(scene);
-    const Run base = runs.first("as it stands", plain);
+    const StudyRun base = runs.first("as it stands", plain);
     if (!base.failure.empty()) throw sim::SimulationError(base.failure);
     if (!options.reference) make_reference(plain, options, runs, base.cpu.front());
   }
@@ -422,7 +422,7 @@ void run_study_shard(const sim::Scene& scene, const StudyOptions& given, int sha
   for (size_t i = 0; i < plan.size(); ++i) {
     if (static_cast<int>(i % static_cast<size_t>(shards)) != shard % shards) continue;
     if (options.progress) options.progress(static_cast<double>(i) / static_cast<double>(plan.size()), plan[i].label);
-    Run run = first_run(runs, plan[i]);
+    StudyRun run = first_run(runs, plan[i]);
     while (to_be_repeated(run, options.repeats)) runs.again(run, plan[i].scene);
   }
 }
@@ -463,7 +463,7 @@ Study run_study(const sim::Scene& scene, const StudyOptions& given) {
   // The scene as it stands sets the measure of time.
   show(0.0, "the scene as it stands");
   const sim::Scene plain = plain_scene(scene);
-  const Run base = runs.first("as it stands", plain);
+  const StudyRun base = runs.first("as it stands", plain);
   if (!base.failure.empty()) throw sim::SimulationError(base.failure);
   study.columns = base.histories.columns;
   show(0.02, "the reference");
@@ -473,7 +473,7 @@ Study run_study(const sim::Scene& scene, const StudyOptions& given) {
   runs.set_longest(options.longest > 0.0 ? options.longest : std::max(5.0, 20.0 * base.cpu.front()));
 
   // First runs, then repeats in turn, so that a disturbance of the machine hits all points alike.
-  std::vector<Run> done;
+  std::vector<StudyRun> done;
   const double share = 1.0 / static_cast<double>(plan.size() * std::max(1, options.repeats) + 1);
   int unmade = 0;
   for (const PlannedPoint& p : plan) {

@@ -29,7 +29,7 @@ constexpr int pictures_compared = 60;
 // Of the time allowed, for the reference; and how much longer a run may take than the one of ten times its tolerance did.
 constexpr double share_of_reference = 0.45, usual_growth = 3.0;
 
-struct TooLong {};
+struct TooLongRun {};
 
 // What a point keeps: its results for the pictures.
 struct Made {
@@ -48,12 +48,12 @@ class Runner {
     const double begin = sim::cpu_seconds();
     o.progress = [&](double) {
       if (options_.progress) options_.progress(std::min(1.0, spent() / options_.seconds));
-      if (sim::cpu_seconds() - begin > seconds) throw TooLong{};
+      if (sim::cpu_seconds() - begin > seconds) throw TooLongRun{};
     };
     too_long = false;
     try {
       return std::make_shared<sim::Results>(sim::run_scene(scene, o));
-    } catch (const TooLong&) {
+    } catch (const TooLongRun&) {
       too_long = true;
     } catch (const sim::SimulationError&) {
     } catch (const sim::InputError&) {}
@@ -111,18 +111,19 @@ std::string resolution_words(const sim::Scene& scene) {
 }
 
 // The reference: finer until the time is spent. error: in pixels, of the last one by the one before.
-struct Reference {
+struct PictureReference {
   std::shared_ptr<sim::Results> results;
   sim::Scene scene;
   double pixels = 0.0;
   std::string words;
 };
 
-std::optional<Reference> make_reference(const sim::Scene& scene, const RenderSettings& settings, const Runner& runner, double seconds) {
+std::optional<PictureReference> make_reference(const sim::Scene& scene, const RenderSettings& settings, const Runner& runner,
+                                               double seconds) {
   const double from = runner.spent();
   const bool elements = with_elements(scene, 1.0).has_value();  // of beams that the scene has as eigenforms
   const bool follow = undamped_beams(scene) && scene.simulation.method == sim::Method::automatic;
-  std::optional<Reference> out;
+  std::optional<PictureReference> out;
   double factor = elements ? 1.0 : 2.0, tolerance = 1e-7, last = 0.0, factor_made = factor, tolerance_made = tolerance;
   const bool resolves = !resolution_words(scene).empty();
   const auto scene_at = [&](double times, double at) {
@@ -146,7 +147,7 @@ std::optional<Reference> make_reference(const sim::Scene& scene, const RenderSet
       continue;
     }
     factor_made = factor, tolerance_made = tolerance;
-    Reference next{results, fine, 0.0, ""};
+    PictureReference next{results, fine, 0.0, ""};
     last = results->statistics.cpu_seconds;
     next.words = fmt::format("{}{}{}, tolerance {}", elements ? "finite elements, " : "",
                              factor > 1.0 && resolves ? fmt::format("{:g} times the resolution, ", factor) : "", results->statistics.method,
@@ -627,7 +628,7 @@ std::optional<StudyOverview> study_overview(const sim::Scene& given, const Overv
   scene.simulation.accuracy.reset();
   scene.simulation.picture_accuracy.reset();
   const Runner runner(options);
-  const std::optional<Reference> reference = make_reference(scene, settings, runner, share_of_reference * options.seconds);
+  const std::optional<PictureReference> reference = make_reference(scene, settings, runner, share_of_reference * options.seconds);
   if (!reference) {
     why = "no run for the truth came to an end in its time";
     return std::nullopt;

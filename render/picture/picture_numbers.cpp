@@ -11,7 +11,7 @@ namespace {
 constexpr double agreement = 1e-4;
 
 // Takes the next word off a line.
-std::string_view next_word(std::string_view& text) {
+std::string_view next_token(std::string_view& text) {
   while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
   const size_t end = std::min(text.find(' '), text.size());
   const std::string_view word = text.substr(0, end);
@@ -21,7 +21,7 @@ std::string_view next_word(std::string_view& text) {
 
 bool read_numbers(std::string_view& text, int count, double* out) {
   for (int k = 0; k < count; ++k) {
-    const std::string_view word = next_word(text);
+    const std::string_view word = next_token(text);
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), out[k]);
     if (word.empty() || error != std::errc() || end != word.data() + word.size() || !std::isfinite(out[k])) return false;
   }
@@ -40,17 +40,18 @@ std::string numbers_text(const PictureNumbers& n) {
 std::optional<PictureNumbers> parse_numbers(std::string_view text) {
   PictureNumbers n;
   double count = 0.0, ends[2];
-  if (next_word(text) != "vertices" || !read_numbers(text, 1, &count) || count < 0.0 || count > 1e15 || count != std::floor(count))
+  if (next_token(text) != "vertices" || !read_numbers(text, 1, &count) || count < 0.0 || count > 1e15 || count != std::floor(count))
     return std::nullopt;
   n.vertices = static_cast<long>(count);
-  if (next_word(text) != "hash") return std::nullopt;
-  n.hash = next_word(text);
+  if (next_token(text) != "hash") return std::nullopt;
+  n.hash = next_token(text);
   if (n.hash.empty() || n.hash.find_first_not_of("0123456789abcdef") != std::string::npos) return std::nullopt;
-  if (next_word(text) != "lower" || !read_numbers(text, 3, &n.lower.x) || next_word(text) != "upper" || !read_numbers(text, 3, &n.upper.x))
+  if (next_token(text) != "lower" || !read_numbers(text, 3, &n.lower.x) || next_token(text) != "upper" ||
+      !read_numbers(text, 3, &n.upper.x))
     return std::nullopt;
-  const std::string_view more = next_word(text);
+  const std::string_view more = next_token(text);
   if (more.empty()) return n;
-  if (more != "colors" || !read_numbers(text, 2, ends) || !next_word(text).empty()) return std::nullopt;
+  if (more != "colors" || !read_numbers(text, 2, ends) || !next_token(text).empty()) return std::nullopt;
   n.colors = {ends[0], ends[1]};
   return n;
 }

@@ -11,7 +11,7 @@ namespace flexframe::sim {
 namespace {
 
 // Slower than that share of the fastest motion so far surfaces do not slide.
-constexpr double at_rest = 1e-7;
+constexpr double contact_at_rest = 1e-7;
 
 const ContactDef& def_of(const Model& model, int at) { return *model.loads[model.contacts[at].load].def.contact; }
 
@@ -65,7 +65,7 @@ void begin_friction(const Model& model, Work& work, int at) {
   z.setZero();
   if (c.phase == ContactPhase::apart) return;
   c.slip = ContactSlip::sticks;
-  if (c.slide.norm() <= at_rest * fastest(work)) return;
+  if (c.slide.norm() <= contact_at_rest * fastest(work)) return;
   c.slip = ContactSlip::slips;
   z = c.slide.normalized();
 }
@@ -244,7 +244,7 @@ void begin_contacts(const Model& model, Work& work) {
     const ContactPhase before = c.phase;
     begin_impact(model, work, at);
     // What starts right on its partner is pressed by whatever presses.
-    if (before == ContactPhase::live && std::abs(c.depth) <= 1e-9 * model.size && c.rate >= -at_rest * fastest(work))
+    if (before == ContactPhase::live && std::abs(c.depth) <= 1e-9 * model.size && c.rate >= -contact_at_rest * fastest(work))
       c.phase = ContactPhase::pressed;
     else if (before == ContactPhase::live) c.phase = live_phase(def, c);
     if (before == ContactPhase::live) begin_friction(model, work, at);
@@ -287,7 +287,7 @@ double pass_contacts(const Model& model, Work& work, const std::vector<bool>& en
       const bool back = c.slide.dot(c.friction) > 0.0;
       z = force > 0.0 && !back ? Vec3(-c.friction / force) : Vec3(c.slide.normalized());
       changes.push_back(fmt::format("{} slides", contact_name(model, at)));
-    } else if (c.slide.norm() > at_rest * fastest(work)) {
+    } else if (c.slide.norm() > contact_at_rest * fastest(work)) {
       z = c.slide.normalized();  // it has only turned
     } else {
       c.slip = ContactSlip::sticks;

@@ -17,11 +17,11 @@ namespace {
 
 FLEXFRAME_INLINE double sum(const Four& s) { return (s[0] + s[1]) + (s[2] + s[3]); }
 
-constexpr int most = 24;                    // equations
-constexpr int most_parts = most / 3;        // each has three equations at least
-constexpr int most_rates = 3 * most_parts;  // of their joints
-constexpr int most_joints = 8;              // independent ones of these
-constexpr int least_modes = 10;             // below, the mass matrix is as cheap
+constexpr int most = 24;                          // equations
+constexpr int most_parts = most / 3;              // each has three equations at least
+constexpr int most_joint_rates = 3 * most_parts;  // of their joints
+constexpr int most_joints = 8;                    // independent ones of these
+constexpr int least_modes = 10;                   // below, the mass matrix is as cheap
 
 // Rows of U^T over the modes of one body, and the equation that each belongs to (ascending).
 struct RowsOf {
@@ -156,7 +156,7 @@ Mat3 root_of(const Mat3& I) {
 
 // Of a part: what its frame does per rate.
 struct Reach {
-  std::array<Vec3, most_rates> joints;           // its twist per rate of the cluster's joints
+  std::array<Vec3, most_joint_rates> joints;     // its twist per rate of the cluster's joints
   std::array<char, most_parts> moved_by;         // per part of the cluster
   std::array<const double*, most_parts> raw, U;  // per part: its twist per mode of that, three rows; with the dependent rates. Null: none
   bool follows = false;                          // a dependent rate moves it

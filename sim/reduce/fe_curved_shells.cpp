@@ -13,7 +13,7 @@ namespace {
 using Vec2 = Eigen::Vector2d;
 
 // As in fe_shells.cpp: fraction of the shear modulus that ties the rotation about the normal to the surface's own.
-constexpr double drilling = 1e-3;
+constexpr double drilling_share = 1e-3;
 
 struct PlaneRule {
   std::vector<Vec2> points;
@@ -216,7 +216,7 @@ void curved_shell_matrices(FeShape shape, const Mat3X& X, const FeLawAt& law_at,
     const FeShellPoint p = surface_point(shape, X, rule.points[k], rule.weights[k], id);
     const FeShellLaw law = law_at(p.axes, p.N);
     // At all these points: with fewer there are rotations about the normal that none of them sees.
-    add_drilling(p, drilling * law.twist * p.area, K);
+    add_drilling(p, drilling_share * law.twist * p.area, K);
     Mat3 lever;
     const Vec3 normal = law.m1 * p.axes.col(2);
     // As in flat shells, turning about the normal moves no mass.

@@ -97,7 +97,7 @@ const std::map<std::string, const char*>& refused_words() {
 }
 
 // Words of the model that a linear body has no use for: told as a note. Others that nobody knows may change the structure: a warning.
-bool beyond_linear(const std::string& k) {
+bool keyword_beyond_linear(const std::string& k) {
   static const std::set<std::string> words = {"PLASTIC",          "CREEP",
                                               "CYCLIC HARDENING", "DEFORMATION PLASTICITY",
                                               "VISCOELASTIC",     "VISCO",
@@ -172,7 +172,7 @@ const std::map<std::string, std::set<std::string>>& known_parameters() {
   return words;
 }
 
-bool harmless(const std::string& k) {
+bool harmless_keyword(const std::string& k) {
   static const std::set<std::string> words = {"HEADING",     "PREPRINT",  "RESTART",      "NODE PRINT",     "NODE FILE",
                                               "NODE OUTPUT", "EL FILE",   "EL PRINT",     "ELEMENT OUTPUT", "OUTPUT",
                                               "AMPLITUDE",   "EXPANSION", "CONDUCTIVITY", "SPECIFIC HEAT",  "PHYSICAL CONSTANTS",
@@ -512,10 +512,10 @@ void InpTableReader::other_word() {
   const auto refusal = refused_words().find(k.name);
   if (refusal != refused_words().end()) return refuse(fmt::format("*{} cannot be read: {}", k.name, refusal->second));
   skip = true;
-  if (harmless(k.name) || !told.insert("*" + k.name).second) return;
+  if (harmless_keyword(k.name) || !told.insert("*" + k.name).second) return;
   if (k.name == "DAMPING")
     return deck.notes.push_back(fmt::format("{}: *DAMPING is left out: damping comes with --damping, or from the scene", where(at)));
-  if (beyond_linear(k.name)) return deck.notes.push_back(fmt::format("{}: *{} is ignored", where(at), k.name));
+  if (keyword_beyond_linear(k.name)) return deck.notes.push_back(fmt::format("{}: *{} is ignored", where(at), k.name));
   if (k.name == "NORMAL")
     return deck.warnings.push_back(
         fmt::format("{}: *NORMAL is not read: shells and beams have the normals of their elements; where they meet at an angle, or their "

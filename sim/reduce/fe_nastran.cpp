@@ -7,7 +7,7 @@ namespace flexframe::sim {
 namespace {
 
 // Cards about loads, solutions, output and checks, which are no part of the structure.
-bool harmless(const std::string& name) {
+bool harmless_card(const std::string& name) {
   static const std::set<std::string> words = {
       "PARAM",   "EIGRL",   "EIGR",   "EIGB",    "EIGC",   "FORCE",   "FORCE1",  "FORCE2",  "MOMENT",  "MOMENT1", "PLOAD",   "PLOAD1",
       "PLOAD2",  "PLOAD4",  "GRAV",   "LOAD",    "TEMP",   "TEMPD",   "TEMPP1",  "TABLED1", "TABLEM1", "TABDMP1", "FREQ",    "FREQ1",
@@ -23,7 +23,7 @@ bool harmless(const std::string& name) {
 }
 
 // Of heat, flutter, optimisation, large strains and non-structural mass that is not chosen: no part of a linear body.
-bool beyond_linear(const std::string& name) {
+bool card_beyond_linear(const std::string& name) {
   static constexpr std::array beginnings = {"MAT",    "NSM",   "DEFORM", "DV",    "DRESP",  "DCON", "DLINK", "DSCREEN",
                                             "DTABLE", "DOPT",  "DESV",   "CHBDY", "RAD",    "VIEW", "QBDY",  "QHBDY",
                                             "QVOL",   "QVECT", "TABLE",  "TABD",  "MONPNT", "AE"};
@@ -97,7 +97,7 @@ void NastranReader::sort_card(const NastranCard& c) {
   } else if (n == "PARAM" && c.fields[0] == "WTMASS") weight_to_mass = deck.real(c, 1, 1.0);
   else if (n.starts_with("CDAMP") || n == "CVISC")
     add_once(model.notes, fmt::format("{}: {} is left out: damping comes with --damping, dampers in the scene", deck.where(c), n));
-  else if (!refused_card(c) && !harmless(n)) note_other(c);
+  else if (!refused_card(c) && !harmless_card(n)) note_other(c);
 }
 
 bool NastranReader::refused_card(const NastranCard& c) {
@@ -112,7 +112,7 @@ bool NastranReader::refused_card(const NastranCard& c) {
   else if (n[0] == '=') refuse(c, "cards that repeat the one before with a step cannot be read: write them out");
   else if (mass && deck.chosen.contains("NSM")) refuse(c, "give the mass as NSM of PSHELL, PBAR, PBEAM or as CONM2");
   else if (n == "CSHEAR") refuse(c, "shear panels cannot be read; use CQUAD4 with a thin PSHELL and rods at its edges");
-  else if ((n[0] == 'C' && n.size() > 1 && std::isupper(static_cast<unsigned char>(n[1])) && !harmless(n) && n != "CEND" &&
+  else if ((n[0] == 'C' && n.size() > 1 && std::isupper(static_cast<unsigned char>(n[1])) && !harmless_card(n) && n != "CEND" &&
             !n.starts_with("CAERO") && !n.starts_with("CHBDY")) ||
            n == "RSPLINE" || n == "RSSCON" || n == "RJOINT" || n == "RTRPLT1")
     refuse(c,
@@ -137,7 +137,7 @@ void NastranReader::note_other(const NastranCard& c) {
   if (property) other_properties.try_emplace(deck.integer(c, 0), c.name);
   const bool aero = c.name.starts_with("CAERO") || c.name.starts_with("PAERO") || c.name.starts_with("PAN");
   if (property || aero || !told.insert(c.name).second) return;
-  if (beyond_linear(c.name)) add_once(model.notes, fmt::format("{}: {} is ignored", deck.where(c), c.name));
+  if (card_beyond_linear(c.name)) add_once(model.notes, fmt::format("{}: {} is ignored", deck.where(c), c.name));
   else model.warnings.push_back(fmt::format("{}: {} is not known and passed over: what it says is not in the body", deck.where(c), c.name));
 }
 

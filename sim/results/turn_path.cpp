@@ -11,7 +11,7 @@ namespace flexframe::sim {
 namespace {
 
 // Axes are the same within rounding of what they are made of.
-constexpr double rounding = 1e-9;
+constexpr double same_axis = 1e-9;
 
 std::vector<int> carriers(const Model& model, int part) {
   std::vector<int> out;
@@ -43,7 +43,7 @@ std::shared_ptr<TurnPath> TurnPath::find(const Model& model, int a, int b, const
       if (*k >= 0) {
         const Vec3 about = R * joint.axis;
         if (along.isZero(0.0)) along = about;
-        if (about.cross(along).norm() > rounding) return false;
+        if (about.cross(along).norm() > same_axis) return false;
         out->terms_.push_back({*at, *k, (joint.reversed ? -sign : sign) * (about.dot(along) > 0.0 ? 1.0 : -1.0)});
       }
       R *= rest_pose(model, joint.outboard).R.transpose();

@@ -8,7 +8,7 @@
 namespace flexframe::sim {
 namespace {
 
-double shear_modulus(const Material& m) { return m.youngs_modulus / (2.0 * (1.0 + m.poisson)); }
+double shear_modulus_of(const Material& m) { return m.youngs_modulus / (2.0 * (1.0 + m.poisson)); }
 
 // Ends of a beam that a weld holds.
 int welded_ends(const Scene& scene, const std::string& body) {
@@ -58,7 +58,7 @@ double warping_constant(const Section& section) {
 double held_twist(const Section& section, const Material& material, double length, int ends) {
   const double cw = warping_constant(section);
   if (!(cw > 0.0) || ends < 1) return 0.0;
-  const double z = length * std::sqrt(shear_modulus(material) * section.j / (material.youngs_modulus * cw)) / ends;
+  const double z = length * std::sqrt(shear_modulus_of(material) * section.j / (material.youngs_modulus * cw)) / ends;
   return std::tanh(z) / z;
 }
 
@@ -74,7 +74,7 @@ void warn_of_held_warping(const Scene& scene, const std::vector<EffectState>& ef
     const double less = held_twist(beam->section, beam->material, beam->length, ends);
     const auto body = std::find_if(results.bodies.begin(), results.bodies.end(), [&](const ResultBody& b) { return b.name == def.name; });
     if (!(less > 0.0) || body == results.bodies.end()) continue;
-    const double share = std::min(1.0, twist_energy(*body, shear_modulus(beam->material) * beam->section.j) / elastic);
+    const double share = std::min(1.0, twist_energy(*body, shear_modulus_of(beam->material) * beam->section.j) / elastic);
     if (!(less * share > asked)) continue;
     notes.warn(fmt::format("body '{}'", def.name),
                fmt::format("its section '{}' is computed as free to warp; welded at {}, it twists {:.0f} % less: {:.2g} of the elastic "

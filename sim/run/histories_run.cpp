@@ -52,9 +52,10 @@ std::vector<double> sample_times(const SimulationSettings& s) {
 namespace {
 
 // What is looked at beside the outputs.
-class Beside {
+class WatchedBeside {
  public:
-  explicit Beside(const System& system) : ranges_(system), swings_(VecX::Zero(static_cast<Eigen::Index>(system.scene.bodies.size()))) {}
+  explicit WatchedBeside(const System& system)
+      : ranges_(system), swings_(VecX::Zero(static_cast<Eigen::Index>(system.scene.bodies.size()))) {}
   void look(System& system, double t) {
     ranges_.look(system, t);
     for (const Part& part : system.model.parts)
@@ -82,7 +83,7 @@ Histories histories_of(const System* start, const Scene& scene, const SimulateOp
       system.weights.shares = shares;
       const std::vector<double> times = thinned(sample_times(s.simulation), system.model, s, options.samples);
       HistoryRecorder recorder(system, times, options.read);
-      std::optional<Beside> beside;
+      std::optional<WatchedBeside> beside;
       if (options.beside) beside.emplace(system);
       RunSpan span = whole_run(s.simulation, times);
       const auto one = [&](System& at, double t, const VecX& y) {

@@ -89,7 +89,7 @@ bool shifts_forces(const LeftOutWorth& w, double asked) { return w.possible && w
 constexpr double sure_of_coarse = 0.8;
 
 // What runs beside a run say of its error of time.
-struct Beside {
+struct RunsBeside {
   std::optional<Histories> looser;
   Difference difference;  // of the looser one
   bool tried = false;     // the looser one was made, or failed
@@ -123,10 +123,11 @@ std::optional<Histories> looser_run(const Scene& scene, const SimulateOptions& o
 
 // Runs the scene once more, and says what the error of time is: ten times tighter where that costs little, ten times looser where it does
 // not.
-Beside estimate_time(const Scene& scene, const SimulateOptions& options, const Alone& alone, const Histories& reference, Results& results) {
+RunsBeside estimate_time(const Scene& scene, const SimulateOptions& options, const Alone& alone, const Histories& reference,
+                         Results& results) {
   const std::optional<Histories> tighter = tighter_run(*alone.start, scene, of_second_run(options, alone.shares), results);
   SolverStatistics& run = results.statistics;
-  Beside out;
+  RunsBeside out;
   if (!tighter || is_loose(run)) out.looser = looser_run(scene, options, alone, !tighter, run);
   out.tried = !tighter || is_loose(run);
   if (tighter) out.difference = estimate_by_tighter(*tighter, out.looser ? &*out.looser : nullptr, reference, run);
@@ -278,7 +279,7 @@ struct Unjudged {
   Results results;
   Alone alone;
   Histories reference;  // of the run
-  Beside beside;
+  RunsBeside beside;
   Notes& notes() { return results.statistics.notes; }
 };
 

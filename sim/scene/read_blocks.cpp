@@ -13,7 +13,7 @@ namespace flexframe::sim {
 namespace {
 
 const std::vector<std::string> block_kinds{"pid", "transfer-function", "state-space"};
-enum class Kind { pid, transfer_function, state_space };
+enum class BlockKind { pid, transfer_function, state_space };
 
 // Samples of a run are kept as times at which the integration restarts.
 constexpr double most_samples = 1e6;
@@ -107,15 +107,15 @@ void make_sampled(BlockDef& out) {
 }
 
 void read_matrices(const TableReader& reader, const Scene& scene, BlockDef& out) {
-  const auto kind = static_cast<Kind>(reader.word("kind", block_kinds));
-  if (kind == Kind::pid) read_pid(reader, out);
-  else if (kind == Kind::transfer_function) read_transfer_function(reader, out);
+  const auto kind = static_cast<BlockKind>(reader.word("kind", block_kinds));
+  if (kind == BlockKind::pid) read_pid(reader, out);
+  else if (kind == BlockKind::transfer_function) read_transfer_function(reader, out);
   else read_state_space(reader, out);
   out.sample = reader.number("sample", 0.0, positive.in("s"));
   if (out.sample > 0.0 && scene.simulation.duration / out.sample > most_samples)
     reader.fail("sample", fmt::format("makes {:.3g} samples in the run; at most {:.0e} are allowed", scene.simulation.duration / out.sample,
                                       most_samples));
-  const bool discrete = kind == Kind::state_space && reader.boolean("discrete", false);
+  const bool discrete = kind == BlockKind::state_space && reader.boolean("discrete", false);
   if (discrete && out.sample == 0.0) reader.fail("discrete", "needs 'sample': the matrices lead from one sample to the next");
   if (out.sample > 0.0 && !discrete) make_sampled(out);
   out.initial = VecX::Zero(out.A.rows());

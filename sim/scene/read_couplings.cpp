@@ -14,7 +14,7 @@ namespace flexframe::sim {
 namespace {
 
 const std::vector<std::string> coupling_kinds{"gear", "rack", "screw", "linear", "differential", "cam", "rope"};
-enum class Kind { gear, rack, screw, linear, differential, cam, rope };
+enum class CouplingKind { gear, rack, screw, linear, differential, cam, rope };
 
 // A joint of a coupling: one whose coordinates are numbers, not an orientation.
 const JointDef& coupled_joint(const TableReader& reader, std::string_view key, const std::string& name, const Scene& scene) {
@@ -166,35 +166,35 @@ CouplingDef read_coupling(TableReader& reader, const Scene& scene) {
   out.name = reader.text("name");
   check_name(reader, "name", out.name, "coupling");
   reader.set_label(fmt::format("[[coupling]] {}", quote(out.name)));
-  const auto kind = static_cast<Kind>(reader.word("kind", coupling_kinds));
+  const auto kind = static_cast<CouplingKind>(reader.word("kind", coupling_kinds));
   switch (kind) {
-    case Kind::gear:
+    case CouplingKind::gear:
       reader.allow({"name", "kind", "joints", "teeth", "internal", "ratio", "carrier", "value"});
       out.terms = fixed_joints(reader, scene, "rr", "those of the two wheels");
       out.terms[0].factor = gear_ratio(reader);
       out.terms[1].factor = -1.0;
       add_carrier(reader, scene, out.terms);
       break;
-    case Kind::rack:
+    case CouplingKind::rack:
       reader.allow({"name", "kind", "joints", "radius", "value"});
       out.terms = turn_to_way(reader, scene, "the pinion's and the rack's", "radius", any_number.in("m"));
       break;
-    case Kind::screw:
+    case CouplingKind::screw:
       reader.allow({"name", "kind", "joints", "pitch", "value"});
       out.terms = turn_to_way(reader, scene, "the spindle's angle and the nut's way", "pitch", any_number.in("m/rad"));
       break;
-    case Kind::differential:
+    case CouplingKind::differential:
       reader.allow({"name", "kind", "joints", "ratio", "value"});
       out.terms = fixed_joints(reader, scene, "rrr", "the two outputs' and the input's");
       out.terms[0].factor = out.terms[1].factor = 0.5;
       out.terms[2].factor = -reader.number("ratio", 1.0, any_number);
       if (out.terms[2].factor == 0.0) reader.fail("ratio", "must not be 0: turns of the mean of both outputs per turn of the input");
       break;
-    case Kind::linear:
+    case CouplingKind::linear:
       reader.allow({"name", "kind", "terms", "value"});
       out.terms = free_terms(reader, scene, 2, false);
       break;
-    case Kind::cam:
+    case CouplingKind::cam:
       reader.allow({"name", "kind", "joints", "lift", "value"});
       out.terms = fixed_joints(reader, scene, "**", "the cam's and the follower's");
       out.terms[0].factor = 1.0;
@@ -202,7 +202,7 @@ CouplingDef read_coupling(TableReader& reader, const Scene& scene) {
       read_lift(reader, scene, out.terms);
       out.value = reader.number("value", 0.0, any_number.in(value_unit(scene, {out.terms[1]})));
       return out;
-    case Kind::rope:
+    case CouplingKind::rope:
       reader.allow({"name", "kind", "through", "length", "terms"});
       out.through = read_frame_refs(reader, "through", scene, 2);
       if (reader.has("terms")) out.terms = free_terms(reader, scene, 1, true);
@@ -210,7 +210,7 @@ CouplingDef read_coupling(TableReader& reader, const Scene& scene) {
       return out;
   }
   // What the kinds of two sorts keep is in the unit of their right side, the last term.
-  const bool of_one_sort = kind == Kind::linear;
+  const bool of_one_sort = kind == CouplingKind::linear;
   out.value = reader.optional_number("value", any_number.in(value_unit(scene, of_one_sort ? out.terms : std::vector{out.terms.back()})));
   return out;
 }

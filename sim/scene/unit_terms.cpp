@@ -46,7 +46,7 @@ Term product(const Term& a, const Term& b, int sign) {
   return {a.kind == Term::known || b.kind == Term::known ? Term::known : Term::number, d, {}};
 }
 
-Term power(const Term& base, const Term& exponent) {
+Term raised(const Term& base, const Term& exponent) {
   if (exponent.kind == Term::known && exponent.dimension != Dimension{})
     throw InputError(fmt::format("a power is a plain number, found {}", in_words(exponent.dimension)));
   if (base.kind != Term::known) return {base.kind, {}, {}};
@@ -155,7 +155,7 @@ class Scanner {
     const Term base = quantity();
     if (peek() != '^') return base;
     out_ += text_[at_++];
-    return power(base, sign());
+    return raised(base, sign());
   }
 
   // A number, name, call or bracket, and the unit behind it.

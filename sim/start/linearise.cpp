@@ -23,7 +23,7 @@
 namespace flexframe::sim {
 namespace {
 
-constexpr double eps = std::numeric_limits<double>::epsilon();
+constexpr double double_eps = std::numeric_limits<double>::epsilon();
 
 // A joint of rotations in space all of whose rates are independent. The bodies on it may be described in their own axes or in the joint's
 // parent's.
@@ -202,7 +202,7 @@ bool Point::beside_equilibrium() {
   const VecX way = least_squares(slope, f, 1e-6);
   if (!way.allFinite() || way.cwiseAbs().maxCoeff() > near) return false;
   // What is left of a row: what soft directions next to stiff ones do not resolve, or what rounding of the places makes.
-  const VecX left = (slope * way - f).cwiseAbs(), rounded = 8.0 * eps * slope.cwiseAbs().rowwise().sum();
+  const VecX left = (slope * way - f).cwiseAbs(), rounded = 8.0 * double_eps * slope.cwiseAbs().rowwise().sum();
   return left.norm() <= 1e-6 * f.norm() || (left - rounded).maxCoeff() <= 0.0;
 }
 
@@ -298,7 +298,7 @@ void Point::stiffness() {
       VecX slope, error, rounding;
       const auto judge = [&](const VecX& better, const VecX& worse) {
         slope = better;
-        rounding = 4.0 * eps / h * size_of;
+        rounding = 4.0 * double_eps / h * size_of;
         error = (better - worse).cwiseAbs().cwiseMax(rounding);
         return row.cwiseProduct(error).maxCoeff();
       };
@@ -365,7 +365,7 @@ void Point::damping() {
     VecX size;
     const VecX slope = (force(start_, -1, 0.0, k, step, &size) - force(start_, -1, 0.0, k, -step)) / (2.0 * step);
     made_.system.D.col(k) -= slope;
-    made_.system.D_error.col(k) = 4.0 * eps / step * size;
+    made_.system.D_error.col(k) = 4.0 * double_eps / step * size;
   }
 }
 
@@ -473,10 +473,10 @@ SecondOrder Point::described_in(const Axes& axes) const {
   SecondOrder out = made_.system;
   if (G.isZero(0.0) && S.isZero(0.0)) return out;
   const MatX H = G - S, MS = out.M * S;
-  const MatX rounding = 4.0 * eps * (out.D.cwiseAbs() * H.cwiseAbs() + MS.cwiseAbs() * H.cwiseAbs());
+  const MatX rounding = 4.0 * double_eps * (out.D.cwiseAbs() * H.cwiseAbs() + MS.cwiseAbs() * H.cwiseAbs());
   out.K += out.D * H - MS * H;
   out.K_error += out.D_error * H.cwiseAbs() + rounding;
-  out.D_error += 4.0 * eps * (out.M.cwiseAbs() * H.cwiseAbs() + MS.cwiseAbs());
+  out.D_error += 4.0 * double_eps * (out.M.cwiseAbs() * H.cwiseAbs() + MS.cwiseAbs());
   out.D += out.M * H - MS;
   return out;
 }

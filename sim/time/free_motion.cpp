@@ -226,14 +226,14 @@ class Turn {
 };
 
 // States of modes, `turning` seconds after the middle of a span, which what couples them has changed in part.
-struct Turned {
+struct TurnedStates {
   const double *f, *before, *after;
   Eigen::Index rows, n;
   double turning, into;
 };
 
 FLEXFRAME_WIDE
-void add_turned(const Turned& of, double* p, double* w) {
+void add_turned(const TurnedStates& of, double* p, double* w) {
   for (Eigen::Index k = 0; k < of.n; k += 4) {
     const Four f = four(of.f + k).v, angle = f * of.turning;
     Four sin, cos;
@@ -301,7 +301,7 @@ namespace {
 
 // What no number of spans shows: the backlash's own backlash, and what modes of close frequencies do to each other by way of others;
 // weighted.
-double unseen(const Modes& m, const Backlash& back, const ModalWeights& weights, const FreeMotion::Way& followed) {
+double way_unseen(const Modes& m, const Backlash& back, const ModalWeights& weights, const FreeMotion::Way& followed) {
   const auto& [z, tau, length] = followed;
   const Eigen::Index n = m.frequencies.size();
   const double most = std::max(std::abs(tau), std::abs(tau + length));
@@ -339,7 +339,7 @@ FreeMotion follow_free(const Modes& modes, const ModalWeights& weights, const Fr
   if (2 * spans > asked.most_spans) return {};
   const Exchange exchange(modes);
   const Backlash whole(exchange, way.length, std::max(std::abs(way.tau), std::abs(way.tau + way.length)));
-  if (!(unseen(modes, whole, weights, way) <= asked.most)) return {};
+  if (!(way_unseen(modes, whole, weights, way) <= asked.most)) return {};
   const auto follow = [&](int count) -> FreeMotion {
     if (count == 1) return {exchange, whole, way, count};
     return {exchange, Backlash(exchange, way.length / count, 0.0), way, count};
