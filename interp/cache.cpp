@@ -14,9 +14,9 @@
 #include <array>
 #include <cstring>
 #include <fstream>
-#include <iterator>
 #include <random>
 #include <sstream>
+#include <utility>
 
 #include <dlfcn.h>
 #include <sys/stat.h>
@@ -140,8 +140,10 @@ CachedModes cached_modes(const Nodes& nodes, const MeshView& mesh, const Options
   if (!cache.empty()) {
     std::ifstream in(file, std::ios::binary);
     if (in) {
-      const std::string data{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-      if (decode(data, name, mesh.vertices.rows(), shapes.cols(), out)) {
+      // What cannot be read (a folder, a disk that fails) ends early: it has another checksum.
+      std::ostringstream text;
+      text << in.rdbuf();
+      if (decode(std::move(text).str(), name, mesh.vertices.rows(), shapes.cols(), out)) {
         mark_used(file);
         return out;
       }

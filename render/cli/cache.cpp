@@ -9,7 +9,8 @@
 #include <cstdint>
 #include <cstdlib>
 #include <fstream>
-#include <iterator>
+#include <sstream>
+#include <utility>
 
 namespace flexframe::cli {
 namespace {
@@ -40,7 +41,10 @@ std::optional<KeptTexts> KeptWork::read() const {
   if (file_.empty()) return std::nullopt;
   std::ifstream in(file_, std::ios::binary);
   if (!in) return std::nullopt;
-  const std::string data{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  // What cannot be read (a folder, a disk that fails) ends early: it has another checksum.
+  std::ostringstream text;
+  text << in.rdbuf();
+  const std::string data = std::move(text).str();
   if (data.size() <= check_length) return std::nullopt;
   const std::string content = data.substr(check_length);
   if (sim::sha256(content) != data.substr(0, check_length)) return std::nullopt;

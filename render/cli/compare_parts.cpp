@@ -9,7 +9,7 @@
 
 #include <array>
 #include <fstream>
-#include <iterator>
+#include <sstream>
 #include <utility>
 
 namespace flexframe::cli {
@@ -88,7 +88,9 @@ CompareParts::CompareParts(fs::path folder, const render::CompareRequest& reques
     const std::string name = entry.path().filename().string();
     if (!name.starts_with("part_") || !name.ends_with(".json")) continue;
     std::ifstream in(entry.path(), std::ios::binary);
-    const json rows = json::parse(std::string{std::istreambuf_iterator<char>(in), {}}, nullptr, false);
+    std::ostringstream text;
+    text << in.rdbuf();  // of what cannot be read nothing is known
+    const json rows = json::parse(text.view(), nullptr, false);
     if (!rows.is_object()) continue;
     for (const auto& [key, row] : rows.items()) known_[key] = row.dump(-1, ' ', false, json::error_handler_t::replace);
   }

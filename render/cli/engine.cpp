@@ -5,6 +5,7 @@
 #include "render/cli/terminal.h"
 
 #include "sim/base/file_output.h"
+#include "sim/base/files_read.h"
 #include "sim/base/words.h"
 
 #include <fmt/format.h>
@@ -87,6 +88,7 @@ std::string sbatch_lines(const EngineJob& job, const EngineWords& words, Stage s
     if (!file) throw UsageError(fmt::format("--sbatch-file {}: cannot be read", sim::quote(words.sbatch_file)));
     for (std::string line; std::getline(file, line);)
       if (line.starts_with("#SBATCH")) out += line + "\n";
+    sim::require_whole(file, words.sbatch_file);
   }
   return out;
 }

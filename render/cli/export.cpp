@@ -48,9 +48,11 @@ struct TemporaryFolder {
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;
 };
 
-nlohmann::ordered_json export_csv(const sim::Results& results, const fs::path& out, bool head) {
-  if (results.outputs.empty())
-    throw sim::InputError(fmt::format("{}: the results hold no outputs; add [[output]] tables to the scene", results.scene_file));
+nlohmann::ordered_json export_csv(const sim::Results& results, const std::string& file, const fs::path& out, bool head) {
+  if (results.outputs.empty()) {
+    const std::string cure = results.scene_file.empty() ? "" : "; add [[output]] tables to " + results.scene_file + " and simulate again";
+    throw sim::InputError(fmt::format("{}: holds no outputs{}", file, cure));
+  }
   sim::write_histories_csv(results, out, head);
   return {{"columns", results.outputs.size() + 1}, {"rows", results.times.size()}};
 }
@@ -152,7 +154,7 @@ Pictures a second and speed are those of the scene's [render] table.)");
             make_folder(folder);
             Told told{job.results.statistics.notes.texts(sim::Severity::warning), job.notes};
             nlohmann::ordered_json json = {{"format", words->to}, {"out", out.string()}};
-            json.update(words->to == "csv"      ? export_csv(job.results, out, words->head)
+            json.update(words->to == "csv"      ? export_csv(job.results, words->results, out, words->head)
                         : words->to == "html"   ? write_page(job.results, job.settings, job.scene ? &*job.scene : nullptr, out, told)
                         : words->to == "gltf"   ? export_gltf(job, *words, out, told)
                         : words->to == "vtk"    ? export_vtk(job, words->scale, out, name, told)

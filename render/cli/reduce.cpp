@@ -4,6 +4,7 @@
 #include "render/cli/cache.h"
 #include "render/cli/commands.h"
 #include "render/cli/engine.h"
+#include "render/cli/jobs.h"
 #include "render/cli/json_text.h"
 #include "render/cli/terminal.h"
 #include "render/import/fe_mesh.h"
@@ -25,6 +26,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <vector>
 
 namespace flexframe::cli {
 namespace {
@@ -145,10 +147,25 @@ std::string hdf5_text(const ReduceWords& w, const sim::Reduction& r, const std::
   const std::filesystem::path own = w.output + ".whole";
   sim::write_body(file, own);
   std::ifstream in(own, std::ios::binary);
-  std::string bytes{std::istreambuf_iterator<char>(in), {}};
+  std::string bytes = sim::read_rest(in, own);
   in.close();
   std::filesystem::remove(own);
   return bytes;
+}
+
+std::filesystem::path mesh_of(const Words& w) {
+  return w.mesh.empty() ? std::filesystem::path(w.output).replace_extension(".obj") : std::filesystem::path(w.mesh);
+}
+
+std::filesystem::path report_of(const Words& w) {
+  return w.report.empty() ? std::filesystem::path(w.output).replace_extension(".md") : std::filesystem::path(w.report);
+}
+
+std::vector<std::filesystem::path> folders_of(const Words& w) {
+  std::vector<std::filesystem::path> out;
+  for (const std::filesystem::path& file : {std::filesystem::path(w.output), mesh_of(w), report_of(w)})
+    out.push_back(std::filesystem::absolute(file).parent_path());
+  return out;
 }
 
 // Reduces, and keeps what took longer than looking it up.
@@ -184,6 +201,7 @@ int run(ReduceWords& w) {
   const auto progress = [&](const std::string& text) {
     if (!w.silent && verbosity() != Verbosity::quiet) fmt::print(stderr, "{}\n", text);
   };
+  for (const std::filesystem::path& folder : folders_of(w)) require_writable(folder);
   const KeptWork work(w.silent ? std::filesystem::path() : cache_folder(w.cache), "body", question_text(w));
   std::optional<KeptTexts> made = w.fresh ? std::nullopt : work.read();
   const bool found = made.has_value();
@@ -193,12 +211,10 @@ int run(ReduceWords& w) {
   nlohmann::json j = nlohmann::json::parse(texts["json"]);
   for (const std::string& n : j["warnings"].get<std::vector<std::string>>()) fmt::print(stderr, "warning: {}\n", n);
   for (const std::string& n : j["notes"].get<std::vector<std::string>>()) progress("note: " + n);
-  const std::filesystem::path base = w.output;
-  sim::write_whole_file(base, texts["body"]);
-  const std::string mesh = w.mesh.empty() ? std::filesystem::path(base).replace_extension(".obj").string() : w.mesh;
-  const std::string report = w.report.empty() ? std::filesystem::path(base).replace_extension(".md").string() : w.report;
-  if (texts["obj"].find("\nf ") != std::string::npos) sim::write_whole_file(mesh, texts["obj"]);
-  sim::write_whole_file(report, texts["report"]);
+  for (const std::filesystem::path& folder : folders_of(w)) make_folder(folder);
+  sim::write_whole_file(w.output, texts["body"]);
+  if (texts["obj"].find("\nf ") != std::string::npos) sim::write_whole_file(mesh_of(w), texts["obj"]);
+  sim::write_whole_file(report_of(w), texts["report"]);
   if (w.silent) return 0;
   if (w.json) {
     j["body"] = w.output;

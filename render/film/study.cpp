@@ -5,6 +5,7 @@
 #include "sim/base/cpu_clock.h"
 #include "sim/base/error.h"
 #include "sim/base/file_output.h"
+#include "sim/base/files_read.h"
 #include "sim/base/words.h"
 #include "sim/results/csv.h"
 #include "sim/simulate.h"
@@ -63,7 +64,9 @@ sim::Histories from_csv(const fs::path& path) {
     }
     return out;
   };
-  if (!std::getline(file, line)) throw sim::InputError(fmt::format("{}: is empty; a header line 't,...' is expected", path.string()));
+  std::getline(file, line);
+  sim::require_whole(file, path);
+  if (!file) throw sim::InputError(fmt::format("{}: is empty; a header line 't,...' is expected", path.string()));
   const std::vector<std::string> names = split(line);
   if (names.size() < 2 || names[0] != "t")
     throw sim::InputError(fmt::format("{}:1: the header must begin with 't' and name at least one output", path.string()));
@@ -84,6 +87,7 @@ sim::Histories from_csv(const fs::path& path) {
     if (!rows.empty() && row[0] <= rows.back()[0]) throw sim::InputError(fmt::format("{}:{}: times must rise", path.string(), number));
     rows.push_back(row);
   }
+  sim::require_whole(file, path);
   if (rows.size() < 2) throw sim::InputError(fmt::format("{}: needs at least two samples", path.string()));
   sim::Histories h;
   h.columns.assign(names.begin() + 1, names.end());

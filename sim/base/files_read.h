@@ -33,4 +33,9 @@ void note_file_read(const std::filesystem::path& path);
 // Passes over the mark of UTF-8 (EF BB BF) that some editors put before a text, and that would make its first word another.
 void skip_byte_order_mark(std::istream& in);
 
+// After the last line that std::getline gave: throws InputError where the disk or the net gave no more, which is no end of the file.
+void require_whole(const std::istream& in, const std::filesystem::path& path);
+// All that a stream still gives. Throws as require_whole.
+std::string read_rest(std::istream& in, const std::filesystem::path& path);
+
 }  // namespace flexframe::sim

@@ -1,5 +1,7 @@
 #include "sim/base/hdf5_reader.h"
 
+#include "sim/base/files_read.h"
+
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
@@ -47,6 +49,7 @@ Id Reader::open_file() const {
   if (!bytes) throw InputError(fmt::format("{}: cannot be read: {}", name_, std::strerror(errno)));
   char start[9] = {};
   bytes.read(start, sizeof start);
+  require_whole(bytes, name_);
   if (bytes.gcount() != sizeof start || std::memcmp(start, "\x89HDF\r\n\x1a\n", 8) != 0)
     throw InputError(fmt::format("{}: is no HDF5 file; {} of flexframe is expected", name_, kind_));
   if (start[8] != checked_format)
@@ -59,6 +62,7 @@ Id Reader::open_file() const {
         fmt::format("{}: holds data of variable length (an HDF5 global heap), which is not read; write strings with a fixed length, in "
                     "h5py as numpy.bytes_(\"text\")",
                     name_));
+  require_whole(bytes, name_);  // all of it was read
   Id file(H5Fopen(name_.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
   if (!file.valid()) throw InputError(fmt::format("{}: cannot be opened (damaged or cut short?): {}", name_, hdf5_reason()));
   // What holds_global_heap looks for has sizes of 8 bytes.

@@ -1,6 +1,7 @@
 // Reading SID_FEM files: line-oriented grammar, dialects, layout of Gr and Ge. See sid.h.
 #include "sim/bodies/sid.h"
 
+#include "sim/base/files_read.h"
 #include "sim/base/plain_text.h"
 
 #include <fmt/format.h>
@@ -757,12 +758,7 @@ SidReading read_sid(const std::filesystem::path& path) {
   if (std::filesystem::is_directory(path, error)) throw InputError(fmt::format("{}: is a folder, a SID file is expected", path.string()));
   std::ifstream in(path, std::ios::binary);
   if (!in) throw InputError(fmt::format("{}: cannot be opened", path.string()));
-  // Character by character through the stream's iterators it took half of the time of setting up a body.
-  std::string text;
-  std::vector<char> piece(1 << 16);
-  while (in.read(piece.data(), static_cast<std::streamsize>(piece.size())), in.gcount() > 0)
-    text.append(piece.data(), static_cast<size_t>(in.gcount()));
-  return read_sid_text(text, path.string());
+  return read_sid_text(read_rest(in, path), path.string());
 }
 
 }  // namespace flexframe::sim

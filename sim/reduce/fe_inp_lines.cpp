@@ -130,6 +130,7 @@ void InpLines::read_file(const std::filesystem::path& path, int depth) {
     guarded(true, [&] { read_file(path.parent_path() / target, depth + 1); });
     at = here;
   }
+  require_whole(in, path);
   if (depth == 0 && !keywords)
     throw InputError(fmt::format("{}: is no deck of Abaqus or CalculiX: no line begins with a keyword such as *NODE", path.string()));
   at = outer;

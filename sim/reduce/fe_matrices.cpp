@@ -26,6 +26,7 @@ std::ifstream open(const std::filesystem::path& path) {
 
 struct Entries {
   long rows = 0;
+  bool market = false;
   std::vector<Eigen::Triplet<double>> triplets;
 };
 
@@ -35,7 +36,8 @@ Entries read_entries(const std::filesystem::path& path, double factor) {
   Entries out;
   std::string line;
   int number = 0;
-  bool market = false, symmetric = true, sized = true;
+  bool symmetric = true, sized = true;
+  bool& market = out.market;
   long announced = 0, found = 0;
   const auto fail = [&](const std::string& text) { throw InputError(fmt::format("{}:{}: {}", path.string(), number, text)); };
   while (std::getline(in, line)) {
@@ -80,6 +82,7 @@ Entries read_entries(const std::filesystem::path& path, double factor) {
     out.triplets.emplace_back(r, c, factor * value);
     if (symmetric && r != c) out.triplets.emplace_back(c, r, factor * value);
   }
+  require_whole(in, path);
   if (out.triplets.empty()) fail("the matrix has no entries");
   if (market && found != announced)
     throw InputError(fmt::format("{}: {} entries are announced, {} are there", path.string(), announced, found));
@@ -95,6 +98,21 @@ Eigen::SparseMatrix<double> matrix(const Entries& entries, int n, const std::fil
   for (int k = 0; k < difference.nonZeros(); ++k) skew = std::max(skew, std::abs(difference.valuePtr()[k]));
   if (skew > 1e-8 * largest) throw InputError(fmt::format("{}: the matrix is not symmetric", path.string()));
   return A;
+}
+
+// A file without a size line that is cut short shows it only by this: CalculiX writes every diagonal entry, zeros too.
+void warn_of_missing_rows(const Entries& mass, long n, const std::filesystem::path& path, std::vector<std::string>& warnings) {
+  if (mass.market) return;
+  std::vector<bool> there(static_cast<size_t>(n));
+  for (const Eigen::Triplet<double>& t : mass.triplets)
+    if (t.row() == t.col()) there[static_cast<size_t>(t.row())] = true;
+  const long missing = std::count(there.begin(), there.end(), false);
+  if (missing == 0) return;
+  const auto first = std::find(there.begin(), there.end(), false) - there.begin() + 1;
+  warnings.push_back(
+      fmt::format("{}: {} of {} rows have no diagonal entry (the first: {}) and are taken as without mass; CalculiX writes "
+                  "each of them, so the file may be cut short",
+                  path.string(), missing, n, first));
 }
 
 }  // namespace
@@ -127,6 +145,7 @@ FeModel read_fe_matrices(const std::filesystem::path& stiffness, const std::file
       model.node_ids.push_back(static_cast<int>(id));
       model.nodes.push_back(units.length * x);
     }
+    require_whole(in, nodes);
   }
   model.file = stiffness.string();
   std::unordered_map<int, int> index;
@@ -156,6 +175,7 @@ FeModel read_fe_matrices(const std::filesystem::path& stiffness, const std::file
       matrices.node.push_back(at->second);
       matrices.dof.push_back(static_cast<int>(dof) - 1);
     }
+    require_whole(in, dofs);
   } else {
     for (size_t i = 0; i < model.nodes.size(); ++i)
       for (int d = 0; d < 3; ++d) {
@@ -168,6 +188,7 @@ FeModel read_fe_matrices(const std::filesystem::path& stiffness, const std::file
         fmt::format("{}: the matrices have {} rows, {} degrees of freedom are described", stiffness.string(), n, matrices.node.size()));
   matrices.K = matrix(K, static_cast<int>(n), stiffness);
   matrices.M = matrix(M, static_cast<int>(n), mass);
+  warn_of_missing_rows(M, n, mass, model.warnings);
   model.matrices = std::move(matrices);
   model.constraints.clear();
   model.spiders.clear();

@@ -91,7 +91,7 @@ class Reader {
     if (!in || std::filesystem::is_directory(path, error)) throw InputError(fmt::format("{}: cannot be opened", path.string()));
     note_file_read(path);
     skip_byte_order_mark(in);
-    data.assign(std::istreambuf_iterator<char>(in), {});
+    data = read_rest(in, path);
   }
 
   FeModel read() {

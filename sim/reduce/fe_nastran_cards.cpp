@@ -99,6 +99,7 @@ class CardReader {
       case_control(words);
       take(line, file, number);
     }
+    require_whole(in, path);
   }
 
  private:

@@ -51,7 +51,9 @@ Histories to_histories(const Results& results) {
     out.sizes.resize(out.values.rows());
     for (size_t k = 0; k < results.outputs.size(); ++k) out.sizes[static_cast<Eigen::Index>(k)] = results.outputs[k].size;
   }
-  if (results.kinetic.size() > 0) out.energy_scale = std::max(results.kinetic.maxCoeff(), results.strain.maxCoeff());
+  // A file may hold one of them alone.
+  for (const VecX* energy : {&results.kinetic, &results.strain})
+    if (energy->size() > 0) out.energy_scale = std::max(out.energy_scale, energy->maxCoeff());
   out.statistics = results.statistics;
   return out;
 }

@@ -155,7 +155,9 @@ ResultJoint read_joint(const Reader& reader, hid_t group, const std::string& nam
   joint.name = name;
   joint.kind = reader.text(group, "kind", path, "");
   if (reader.has(group, "position")) joint.position = reader.numbers(group, "position", path, {nt, 3}, false);
-  if (reader.has(group, "orientation")) joint.orientation = reader.numbers(group, "orientation", path, {nt, 4}, false);
+  // A place without its axes is no frame.
+  if (reader.has(group, "position") || reader.has(group, "orientation"))
+    joint.orientation = reader.numbers(group, "orientation", path, {nt, 4}, false);
   check_quaternions(reader, joint.orientation, path);
   joint.value = reader.numbers(group, "value", path, {nt, Reader::any}, true);
   joint.rate = reader.numbers(group, "rate", path, {nt, Reader::any}, true);

@@ -107,6 +107,8 @@ RowsFile read_rows(const std::filesystem::path& path, std::size_t responses, con
     out.bytes = at;
     take(std::move(*row));
   }
+  // Else what stands behind would count as never run, and be cut off.
+  if (file.bad()) throw FileError(fmt::format("{}: cannot be read to its end: {}", path.string(), std::strerror(errno)));
   return out;
 }
 

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <sstream>
 #include <string>
 
 #include <unistd.h>
@@ -23,9 +24,13 @@ inline std::filesystem::path scratch_file(const std::uint8_t* data, std::size_t 
   return path;
 }
 
-// A refusal is an answer: one line that names the file.
-inline void require_answer(const std::string& message, const char* word) {
-  if (message.find('\n') != std::string::npos || message.find(word) == std::string::npos) {
+// A refusal is an answer: lines that each name the file, one unless the reader tells all that is wrong at once.
+inline void require_answer(const std::string& message, const char* word, int most_lines = 1) {
+  std::istringstream lines(message);
+  int count = 0;
+  bool named = true;
+  for (std::string line; std::getline(lines, line); ++count) named = named && line.find(word) != std::string::npos;
+  if (count == 0 || count > most_lines || !named) {
     std::fprintf(stderr, "not an answer: %s\n", message.c_str());
     std::abort();
   }

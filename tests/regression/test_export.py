@@ -325,6 +325,18 @@ with temporary_folder() as folder:
     # Refusals.
     run("export", folder / "p.h5", "--to", "stl", code=2)
     run("export", folder / "none.h5", "--to", "csv", code=2)
+    (folder / "mute.csv").write_text("t,arm.x,arm.y,arm.z,arm.qw,arm.qx,arm.qy,arm.qz\n0,0,0,0,1,0,0,0\n1,1,0,0,1,0,0,0\n")
+    run("import", folder / "mute.csv", "-o", folder / "mute.h5")
+    told = run("export", folder / "mute.h5", "--to", "csv", "-o", folder / "mute_out.csv", code=2).stderr
+    expect(told == f"flexframe: {folder / 'mute.h5'}: holds no outputs\n", f"results of no scene and no outputs: {told}")
+    text = (examples / "mechanisms/top.toml").read_text()
+    (folder / "silent.toml").write_text(text[: text.index("[[output]]")].replace("duration = ", "duration = 0.01 #"))
+    run("simulate", folder / "silent.toml", "-o", folder / "silent.h5", "--no-error-estimate")
+    told = run("export", folder / "silent.h5", "--to", "csv", "-o", folder / "mute_out.csv", code=2).stderr
+    expect(
+        "silent.h5: holds no outputs; add [[output]] tables to " in told and "silent.toml and simulate again" in told,
+        f"results without outputs: {told}",
+    )
     run("export", folder / "p.h5", "--to", "gltf", "-o", folder / "p.obj", code=2)
     (folder / "file").write_text("x")
     run("export", folder / "p.h5", "--to", "vtk", "-o", folder / "file", code=1)

@@ -128,6 +128,17 @@ with temporary_folder() as folder:
     expect(took < 2.0, f"ctrl-C amid a factorisation took {took:.1f} s")
     expect(not any((folder / "body").iterdir()), f"ctrl-C leaves {list((folder / 'body').iterdir())}")
 
+    # A folder that cannot be written to is told of before a reduction, not after it; one that is missing is made, with the body in it.
+    for out in (folder / "block.inp/b.sid", pathlib.Path("/proc/flexframe/b.sid")):
+        done = run(*words[:2], "-o", out, "--modes", "4", code=1)
+        expect(str(out.parent) in done.stderr and "factorising" not in done.stderr, f"{out}: {done.stderr}")
+    (folder / "small.inp").write_text((source / "tests/fuzz/corpus/fe/tet.inp").read_text())
+    run("reduce", folder / "small.inp", "-o", folder / "new/deep/b.sid", "--mesh", folder / "meshes/b.obj", "--modes", "1")
+    expect((folder / "new/deep/b.sid").exists() and (folder / "meshes/b.obj").exists(), "no body in a new folder")
+    (folder / "wrong.inp").write_text("*NODE\n1,0,0\n")
+    run("reduce", folder / "wrong.inp", "-o", folder / "other/b.sid", "--modes", "1", code=2)
+    expect(not (folder / "other").exists(), "a reduction that fails leaves a folder")
+
     # A static start of minutes does not look at the request to end (a coil of many pieces in a loop); the program ends all the same.
     (folder / "coil.toml").write_text(COIL)
     process = subprocess.Popen(

@@ -37,6 +37,19 @@ TEST(Histories, RangesAreThoseOfWholeVectorsAndEnergiesHaveTheirScale) {
   EXPECT_NEAR(r[4], 5.0, 1e-12);
 }
 
+// Other programs' files may hold one of the energies.
+TEST(Histories, TheirScaleOfEnergyIsThatOfWhatResultsHold) {
+  Results results;
+  results.times = VecX::LinSpaced(3, 0.0, 1.0);
+  EXPECT_EQ(to_histories(results).energy_scale, 0.0);
+  results.kinetic = Vec3(0.0, 4.0, 1.0);
+  EXPECT_EQ(to_histories(results).energy_scale, 4.0);
+  results.strain = Vec3(0.0, 6.0, 1.0);
+  EXPECT_EQ(to_histories(results).energy_scale, 6.0);
+  results.kinetic.resize(0);
+  EXPECT_EQ(to_histories(results).energy_scale, 6.0);
+}
+
 // A picometre beside a mechanism of a metre counts where two runs tell the same of it; rounding does not come twice.
 TEST(Histories, TinyMotionsCountWhereTwoRunsAgree) {
   Histories a;

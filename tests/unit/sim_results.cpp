@@ -282,6 +282,7 @@ TEST(ResultsFile, WrongContentIsNamed) {
       {"del f['times']; f.create_dataset('times', (10**12,), 'f8', chunks=(1000,))", "claims 1e+12 values but holds 0 bytes"},
       {"f['outputs/columns'] = np.array([b'a']); f['outputs/values'] = np.zeros((5, 2))",
        "dataset '/outputs/values': must be 5 x 1, found 5 x 2"},
+      {"f['joints/pin/position'] = np.zeros((5, 3))", "dataset '/joints/pin/orientation': is missing"},
       {"f['bodies/x'] = 3.0", "group '/bodies/x': is no group"},
       {"f['scene'] = np.array([b'a', b'b'])", "dataset '/scene': must be one string"},
       {"f['scene'] = np.array([b'a']); f.attrs['scene_sha256'] = np.bytes_('ab')", "does not agree with its checksum"},
