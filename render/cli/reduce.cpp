@@ -153,15 +153,15 @@ std::string hdf5_text(const ReduceWords& w, const sim::Reduction& r, const std::
   return bytes;
 }
 
-std::filesystem::path mesh_of(const Words& w) {
+std::filesystem::path mesh_of(const ReduceWords& w) {
   return w.mesh.empty() ? std::filesystem::path(w.output).replace_extension(".obj") : std::filesystem::path(w.mesh);
 }
 
-std::filesystem::path report_of(const Words& w) {
+std::filesystem::path report_of(const ReduceWords& w) {
   return w.report.empty() ? std::filesystem::path(w.output).replace_extension(".md") : std::filesystem::path(w.report);
 }
 
-std::vector<std::filesystem::path> folders_of(const Words& w) {
+std::vector<std::filesystem::path> folders_of(const ReduceWords& w) {
   std::vector<std::filesystem::path> out;
   for (const std::filesystem::path& file : {std::filesystem::path(w.output), mesh_of(w), report_of(w)})
     out.push_back(std::filesystem::absolute(file).parent_path());
