@@ -199,9 +199,10 @@ bool has_inertia(const ClusterWork& cw) {
 
 // What turns without inertia and without a moment, a thin rod about itself or a point mass on a ball, keeps its rate: there (D v = 0, v . h
 // = 0) the matrix gets an inertia of its own, which changes no other acceleration. False where something drives it, where a body at the end
-// of a tree has no mass at all, and where the kinetic energy is not positive.
+// of a tree has no mass at all, and where the kinetic energy is not positive. beside: masses beside which an inertia is rounding
+// (idle_mass).
 template <class W>
-bool hold_idle(const Model& model, int cluster, MatX D, W& work) {
+bool hold_idle(const Model& model, int cluster, MatX D, double beside, W& work) {
   constexpr int linear = W::In::linear;
   const Cluster& c = model.clusters[cluster];
   ClusterWork& cw = work.clusters[cluster];
@@ -215,13 +216,14 @@ bool hold_idle(const Model& model, int cluster, MatX D, W& work) {
   }
   const SymmetricEigen eigen(MatX(per_metre.asDiagonal() * D * per_metre.asDiagonal()));
   const double largest = eigen.eigenvalues()[n - 1];
-  if (!(largest >= 0.0) || eigen.eigenvalues()[0] < -1e-12 * largest) return false;
+  if (!(largest >= -idle_share * beside) || eigen.eigenvalues()[0] < -1e-12 * std::max(largest, beside)) return false;
   const VecX force = per_metre.cwiseProduct(cw.h);
   double size = force.cwiseAbs().maxCoeff();
   for (int i : c.parts)
     size =
         std::max({size, work.parts[i].fr.template head<linear>().norm(), work.parts[i].fr.template tail<W::In::angular>().norm() / c.size});
-  for (Eigen::Index e = 0; e < n && eigen.eigenvalues()[e] <= 1e-14 * largest; ++e) {
+  const double lent = std::max(largest, beside), none = std::max(1e-14 * largest, idle_share * beside);
+  for (Eigen::Index e = 0; e < n && eigen.eigenvalues()[e] <= none; ++e) {
     const VecX v = eigen.eigenvectors().col(e);
     if (std::abs(v.dot(force)) > 1e-9 * size) return false;
     for (int i : c.parts) {
@@ -231,7 +233,7 @@ bool hold_idle(const Model& model, int cluster, MatX D, W& work) {
         if (c.v0 + ind[k] >= p.v0 && c.v0 + ind[k] < p.v0 + p.joint.nv && std::abs(v[k]) > 1e-6) return false;
     }
     const VecX u = v.cwiseQuotient(per_metre);
-    D += (largest > 0.0 ? largest : 1.0) * u * u.transpose();
+    D += (lent > 0.0 ? lent : 1.0) * u * u.transpose();
   }
   cw.inertia = D.diagonal();
   work.idle = cholesky(D, cw.L) && has_inertia(cw);
@@ -359,10 +361,12 @@ FLEXFRAME_INLINE void reduce_cluster(const Model& model, int cluster, W& work) {
   if (!cw.partition.dep.empty()) project_mass(cw, projected);
   const MatX& mass = cw.partition.dep.empty() ? cw.M : projected;
   cw.inertia = mass.diagonal();
-  if (cholesky(mass, cw.L) && has_inertia(cw)) return;
+  double idle_beside = cw.partition.dep.empty() ? 0.0 : idle_mass(model, cluster, cw);
+  if (idle_beside > 0.0 && !has_thin_body(model, cluster)) idle_beside = 0.0;
+  if (cholesky(mass, cw.L) && has_inertia(cw) && idle_beside == 0.0) return;
   MatX D = mass;
   D.triangularView<Eigen::StrictlyUpper>() = D.transpose();
-  if (hold_idle(model, cluster, D, work)) return;
+  if (hold_idle(model, cluster, D, idle_beside, work)) return;
   refuse_singular(model, cluster, D, work);
 }
 

@@ -1,5 +1,6 @@
 #include "sim/dynamics/few_rates.h"
 
+#include "sim/base/eigen_solvers.h"
 #include "sim/base/four.h"
 #include "sim/base/padded_factor.h"
 #include "sim/base/sized.h"
@@ -71,7 +72,8 @@ struct FewRates {
   double D[padded * padded + 4], h[padded + 4];
   // Per dependent rate its row of E.
   Four dependent[most_dependent][Fours];
-  const int* place;  // PartitionPlan::place, up to date since the loops were closed
+  const int* place;   // PartitionPlan::place, up to date since the loops were closed
+  bool thin = false;  // a rate may have no inertia but that of rounding
   // Of the power that prescribed motions feed in: what does not depend on the independent accelerations, and the factors of those.
   bool driven;
   double power = 0.0;
@@ -308,6 +310,7 @@ struct FewRates {
     by_rates([&](auto n) __attribute__((always_inline)) {
       for (int k = 0; k < n(); ++k) inertia[k] = D[k * (padded + 1)];
     });
+    if (thin && idle_mass(model, cluster, cw) > 0.0) return false;
     for (int k = rates; k < padded; ++k) {
       std::fill_n(D + k * padded, padded, 0.0);
       D[k * (padded + 1)] = 1.0;
@@ -329,8 +332,13 @@ struct FewRates {
     std::fill_n(D, padded * padded, 0.0);
     std::fill_n(h, padded, 0.0);
     static thread_local int marked = 0;
-    if (marked != cw.plan.made) mark_parts(moved);
+    static thread_local bool has_thin = false;
+    if (marked != cw.plan.made) {
+      mark_parts(moved);
+      has_thin = !cw.partition.dep.empty() && has_thin_body(model, cluster);
+    }
     marked = cw.plan.made;
+    thin = has_thin;
     using By = typename Moved<S, Fours>::By;
     for (int i : c.parts)
       if (moved[i].by != By::follower) move(i, moved);
@@ -380,6 +388,34 @@ FLEXFRAME_WIDE bool wide_solve(const Model& model, int cluster, Work& work) { re
 FLEXFRAME_WIDE bool wide_solve(const Model& model, int cluster, PlaneWork& work) { return solve(model, cluster, work); }
 
 }  // namespace
+
+bool has_thin_body(const Model& model, int cluster) {
+  for (const int i : model.clusters[cluster].parts) {
+    const FlexibleBody& body = model.parts[i].body;
+    if (body.n > 0 || !(body.mass > 0.0)) continue;
+    const Vec3 c = body.md0 / body.mass;
+    const Vec6& J = body.J0;
+    Mat3 I;
+    I << J[0], J[3], J[4], J[3], J[1], J[5], J[4], J[5], J[2];
+    const double size = I.trace();
+    I -= body.mass * (c.squaredNorm() * Mat3::Identity() - c * c.transpose());
+    // Rounding of what was moved to the frame's origin and back.
+    if (SymmetricEigen(I, Eigen::EigenvaluesOnly).eigenvalues()[0] <= 1e-12 * size) return true;
+  }
+  return false;
+}
+
+double idle_mass(const Model& model, int cluster, const ClusterWork& cw) {
+  double mass = 0.0;
+  for (const int i : model.clusters[cluster].parts) mass += model.parts[i].body.mass;
+  bool found = false;
+  for (Eigen::Index k = 0; k < cw.inertia.size(); ++k) {
+    const double scale = rate_scale(model, cluster, cw.partition.ind[static_cast<size_t>(k)]);
+    if (scale == 0.0) return 0.0;  // a deformation
+    found = found || cw.inertia[k] <= idle_share * mass * scale * scale;
+  }
+  return found ? mass : 0.0;
+}
 
 template <class W>
 bool has_few_rates(int cluster, const W& work) {

@@ -20,4 +20,11 @@ bool has_few_rates(int cluster, const W& work);
 template <class W>
 bool solve_few(const Model& model, int cluster, W& work);
 
+// A thin rod that turns about itself in a loop has an inertia of rounding, by products with what closes the loop, and its pivot does not
+// show it: that of one rate alone is as large as itself. Whether a rigid body of the cluster has no inertia about some axis, and where a
+// joint's rate has no more than this share of the masses, in metres, these masses (kg; else, and where something deforms, 0).
+inline constexpr double idle_share = 1e-13;
+bool has_thin_body(const Model& model, int cluster);
+double idle_mass(const Model& model, int cluster, const ClusterWork& cw);
+
 }  // namespace flexframe::sim

@@ -113,6 +113,19 @@ bool jumps(const TimeFunction& expression, const std::vector<double>& switches, 
   return false;
 }
 
+// What the springs of joints' stops store, J.
+double stop_energy(const System& system) {
+  double e = 0.0;
+  for (const int i : system.stops) {
+    const Part& part = system.model.parts[i];
+    const Stop& s = *part.joint.stop;
+    const double q = system.work.q[part.q0];
+    const double depth = std::max({0.0, s.lower ? *s.lower - q : 0.0, s.upper ? q - *s.upper : 0.0});
+    e += 0.5 * s.stiffness * depth * depth;
+  }
+  return e;
+}
+
 bool on(const std::vector<EffectState>& states, const std::string& owner, std::string_view effect) {
   return std::any_of(states.begin(), states.end(), [&](const EffectState& s) { return s.owner == owner && s.effect == effect && s.on; });
 }
@@ -464,7 +477,7 @@ void LeftOut::look(System& system, double t, const VecX& y) {
   const auto before = [&](double at) { return std::lower_bound(switches_.begin(), switches_.end(), at) - switches_.begin(); };
   sudden_.push_back(!times_.empty() && before(t) != before(times_.back()));
   times_.push_back(t);
-  pressed_.push_back(contact_energy(system.model, system.work));
+  pressed_.push_back(contact_energy(system.model, system.work) + stop_energy(system));
   offset_.resize(model_.frames.size());
   pose_.resize(model_.frames.size());
   for (size_t f = 0; f < model_.frames.size(); ++f) {

@@ -40,8 +40,9 @@ struct LeftOutWorth {
   double reach = 0.0, shown = 0.0;
   // The share of every column of the outputs; empty: not known. What no look judges has the largest.
   VecX columns = {};
-  // Of a deformation where a contact is touched and left: what it would take up of a blow, U / (U + V), V what the contact stores. It lets
-  // the blow last longer and keeps part of it as vibration, also where it moves no output along the motion as it is.
+  // Of a deformation where a contact or a joint's stop is touched and left: what it would take up of a blow, U / (U + V), V what the
+  // contact stores. It lets the blow last longer and keeps part of it as vibration, also where it moves no output along the motion as it
+  // is.
   double blow = 0.0;
 };
 
@@ -153,7 +154,7 @@ class LeftOut {
   std::vector<Vibrations> vibrations_;
   VecX farthest_ = VecX::Zero(3);                   // m, m/s, m/s^2: of what the vibrations move, at any look so far
   std::vector<double> times_, strain_, bent_mass_;  // a look: s; strain energy, J; sum m d^2 of the deformation, kg m^2
-  std::vector<double> pressed_;                     // a look: what contacts store, J
+  std::vector<double> pressed_;                     // a look: what contacts and stops store, J
 };
 
 }  // namespace flexframe::sim

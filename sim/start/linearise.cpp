@@ -6,12 +6,15 @@
 #include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/flexures.h"
 #include "sim/dynamics/inverse_dynamics.h"
+#include "sim/dynamics/signals.h"
 #include "sim/dynamics/stops.h"
 #include "sim/model/joint_motion.h"
 #include "sim/scene/joint_kinds.h"
 #include "sim/start/complex_modes.h"
 #include "sim/start/massless_modes.h"
 #include "sim/start/structural_matrices.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -65,6 +68,8 @@ class Point {
   bool moves() const { return moves_; }
   bool steady(const Axes& axes);
   bool equilibrium() const { return equilibrium_; }
+  // A cable that is neither tight nor slack; empty: none.
+  const std::string& just_tight() const { return just_tight_; }
   const std::vector<Direction>& directions() const { return all_; }
   const Coefficients& coefficients() const { return made_; }
   FurtherStates block_states();
@@ -74,6 +79,7 @@ class Point {
 
  private:
   VecX force(const State& at, Eigen::Index moved, double step, Eigen::Index quickened, double rate, VecX* size = nullptr);
+  void hold_pieces();
   void exact_matrices();
   void hold_elasticity();
   void accelerations();
@@ -98,6 +104,7 @@ class Point {
   State start_;
   Coefficients made_;
   bool moves_ = false, equilibrium_ = false, drives_accelerate_ = false;
+  std::string just_tight_;
   double rest_scale_ = 0.0, start_forces_ = 0.0;  // N: largest forces met so far, and at the start
 };
 
@@ -129,11 +136,27 @@ Point::Point(System& system, bool with_rates)
       joints_.push_back({static_cast<int>(i), first, p.joint.kind == JointKind::free,
                          p.joint.kind == JointKind::free && p.parent == ground && !p.joint.reversed, Vec3::Zero(), Vec3::Zero()});
   }
+  hold_pieces();
   exact_matrices();
   accelerations();
   hold_elasticity();
   stiffness();
   damping();
+}
+
+// What expressions choose at the start holds beside it, as stops do: a preloaded cable is a spring, however little it takes to slacken it.
+void Point::hold_pieces() {
+  if (model_.functions.empty()) return;
+  force(start_, -1, 0.0, -1, 0.0);
+  hold_switches(model_, work_);
+  for (const Load& load : model_.loads) {
+    if (!load.def.cable || load.function < 0) continue;
+    const StateFunction& pull = model_.functions[load.function];
+    const double margin = std::abs(first_margin(pull, work_.signals, work_.time));
+    // Without a damper it is a pull, N, else a length.
+    const double way = load.def.spring.damping == 0.0 ? margin / load.def.spring.stiffness : margin;
+    if (way <= 1e-9 * model_.size) just_tight_ = pull.owner;
+  }
 }
 
 // Forces on the directions beside a state: one coordinate moved, one rate changed.
@@ -706,6 +729,9 @@ Linearisation linearise(const System& given) {
   if (!steady)
     out.notes.push_back(
         "the linearised equations change as the mechanism moves: frequencies and damping hold at t = 0 only and do not decide stability");
+  if (!point->just_tight().empty())
+    out.warnings.push_back(fmt::format("{} is just as long as its rest, tight or slack by rounding: the modes count it as one of the two",
+                                       point->just_tight()));
   out.moving = point->moves();
   out.equilibrium = point->equilibrium();
   out.turning_axes = point->seen_turning(axes);

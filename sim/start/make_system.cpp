@@ -88,6 +88,12 @@ void say_rest(const StaticSolution& found, double duration, Notes& notes) {
     notes.tell("", fmt::format("static equilibrium: with loads raised from zero the mechanism snaps through or buckles at {:.3g} % of "
                                "them; the state it snapped to is taken",
                                100.0 * found.snapped));
+  // What starts at rest beside an equilibrium that moves on vibrates about it.
+  constexpr double noticed = 0.1;
+  if (const double swing = s.slowest > 0.0 ? found.leaves / s.slowest : 0.0; swing > noticed * found.moved)
+    notes.tell("", fmt::format("static equilibrium: it holds at t = 0 only, since the motions turn its loads: it moves on by {:.3g} m/s, "
+                               "while the run starts at rest beside the motions and vibrates by up to {:.2g} m",
+                               found.leaves, swing));
   if (!found.accelerating.empty())
     notes.tell(
         "", fmt::format("static equilibrium: prescribed motions accelerate at t = 0 ({}); their inertia forces are taken as a steady load",

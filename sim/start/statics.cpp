@@ -275,7 +275,11 @@ Stability find_stability(StaticProblem& p, const Sought& what, MatX tangent = {}
     for (TimeFunction& e : system.model.expressions) e.unfreeze();
     try {
       Stability out;
-      for (const LinearMode& mode : linearise(system).modes) {
+      const std::vector<LinearMode> modes = linearise(system).modes;
+      for (const LinearMode& mode : modes)
+        if (const double size = std::abs(mode.pole); mode.kind == LinearMode::vibration && (out.slowest == 0.0 || size < out.slowest))
+          out.slowest = size;
+      for (const LinearMode& mode : modes) {
         if (mode.kind != LinearMode::unstable) break;
         if (out.stable) out.growth = mode.growth;
         out.stable = false;
@@ -288,7 +292,7 @@ Stability find_stability(StaticProblem& p, const Sought& what, MatX tangent = {}
   if (!made()) return {};
   const VecX eigenvalues = SymmetricEigen(0.5 * (K + K.transpose()), Eigen::EigenvaluesOnly).eigenvalues();
   const bool falls = eigenvalues[0] <= -1e-9 * eigenvalues.cwiseAbs().maxCoeff();
-  return {!falls, falls, 0.0, 0.0, 0.0};
+  return {!falls, falls};
 }
 
 // A beam of one piece whose material line is longer or shorter by a tenth than it is: its linear displacements are turned far beyond small
@@ -324,6 +328,38 @@ std::string accelerating(const StaticProblem& p) {
       out += fmt::format("{}joint '{}' with {:.4g} {}", out.empty() ? "" : ", ", part.joint.name, p.motion[part.joint.motion].acceleration,
                          is_length(part.joint.kind, 0) ? "m/s^2" : "rad/s^2");
   return out;
+}
+
+// m/s: how fast the equilibrium moves as prescribed motions go on, since these turn weight and forces of constant direction, as seen from
+// what they move. What is sought rests beside them at the start.
+double leaving_speed(StaticProblem& p, double size) {
+  constexpr double way = 1e-4;  // rad, or of the size: small enough for a derivative, large enough for its digits
+  double fastest = 0.0;
+  for (const Part& part : p.model.parts)
+    if (part.joint.motion >= 0)
+      fastest = std::max(fastest, std::abs(p.motion[part.joint.motion].rate) / (is_length(part.joint.kind, 0) ? size : 1.0));
+  MatX K;
+  if (!(fastest > 0.0) || p.sought.empty() || !p.stiffness(K)) return 0.0;
+  const VecX q = p.work.q;
+  const std::vector<TimeJet> motion = p.motion;
+  const double dt = way / fastest;
+  VecX moved[2];
+  bool known = true;
+  for (const int side : {0, 1}) {
+    for (size_t i = 0; i < motion.size(); ++i) p.motion[i].value = motion[i].value + (side == 0 ? -dt : dt) * motion[i].rate;
+    p.load(1.0);
+    known = known && p.evaluate(nullptr, moved[side]);
+    p.work.q = q;
+  }
+  p.motion = motion;
+  p.load(1.0);
+  update_positions(p.model, p.work);
+  std::vector<int> order;
+  if (!known || factorise(K, order) == 0.0) return 0.0;
+  const VecX change = (moved[1] - moved[0]) / (2.0 * dt);
+  VecX rate(change.size());
+  solve(K, order, change.data(), rate.data());
+  return rate.allFinite() ? rate.cwiseAbs().maxCoeff() : 0.0;
 }
 
 [[noreturn]] void refuse(const Scene& scene, StaticProblem& p, const Sought& what, const Raised& raised, const VecX& start) {
@@ -469,6 +505,7 @@ StaticSolution solve_statics(const Model& model, const Scene& scene, Work& work,
     out.moved = std::max(out.moved, d.scale * std::abs(work.q[at] - start[at]));
   }
   out.accelerating = accelerating(p);
+  if (out.stability.slowest > 0.0) out.leaves = leaving_speed(p, model.size);
   if (p.by_size)
     for (size_t c = 0; c < model.clusters.size(); ++c)
       if (!work.clusters[c].partition.dep.empty()) work.clusters[c].partition = choose_partition(model, static_cast<int>(c), work, false);

@@ -15,6 +15,7 @@ struct Stability {
   double growth = 0.0;          // 1/s, of what grows fastest; 0: not known
   double frequency = 0.0;       // Hz, of the flutter that needs the most damping
   double damping_wanted = 0.0;  // the ratio that would hold that
+  double slowest = 0.0;         // rad/s, of its vibrations; 0: not known
 };
 
 struct StaticSolution {
@@ -25,6 +26,7 @@ struct StaticSolution {
       -1.0;  // share of the loads at which it snapped through or buckled on the way, when they are raised from zero; negative: it did not
   std::string accelerating;  // joints whose prescribed motions accelerate at t = 0, which counts as a load; empty: none
   double residual = 0.0;     // N, largest force left over
+  double leaves = 0.0;       // m/s, of the largest coordinate, as the equilibrium moves on when motions turn loads; 0: none, or not known
   double moved = 0.0;        // m, largest displacement of a coordinate from where the search began
 };
 

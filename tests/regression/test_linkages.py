@@ -379,8 +379,60 @@ def rates_of_rounding(folder):
         expect(("contradict the loop" in done.stderr) == (code == 2), f"rate {given}: {done.stderr}")
 
 
+def thin_coupler(folder):
+    """Crank and rocker about crossed axes with a thin rod between balls, which turns about itself without inertia: the rocker's angle by
+    the cosine law in its plane, the crank's rate by the kinetic energy, a rod's that of m/6 at both ends and 2m/3 in the middle."""
+    crank, rocker, base, rod, mass = 0.1, 0.4, (0.5, 0.05, 0.1), 0.55, 2.0
+
+    def ends(turn):
+        # The rocker's end is base + rocker (cos p, 0, sin p).
+        a = (crank * math.cos(turn), crank * math.sin(turn), 0.0)
+        d = [x - y for x, y in zip(a, base)]
+        reach = (sum(x * x for x in d) + rocker**2 - rod**2) / (2 * rocker)
+        p = math.atan2(d[2], d[0]) - math.acos(reach / math.hypot(d[0], d[2]))
+        return p, a, (base[0] + rocker * math.cos(p), base[1], base[2] + rocker * math.sin(p))
+
+    def energy_per_square(turn):
+        h = 1e-4
+        (p0, a0, b0), (p1, a1, b1) = ends(turn - h), ends(turn + h)
+        square = lambda u, v: sum((x - y) ** 2 for x, y in zip(u, v)) / (4 * h * h)
+        middle = square([(x + y) / 2 for x, y in zip(a0, b0)], [(x + y) / 2 for x, y in zip(a1, b1)])
+        return 0.05 + 0.03 * ((p1 - p0) / (2 * h)) ** 2 + mass * (square(a0, a1) / 6 + square(b0, b1) / 6 + 2 * middle / 3)
+
+    start, speed = 0.4, 7.0
+    p, a, b = ends(start)
+    # The rod's direction by the rotation vector about what is normal to it and x of the crank, which turns with it.
+    d = [(y - x) / rod for x, y in zip(a, b)]
+    d = [d[0] * math.cos(start) + d[1] * math.sin(start), d[1] * math.cos(start) - d[0] * math.sin(start), d[2]]
+    turn = math.acos(d[0]) / math.hypot(d[1], d[2])
+    for driven in (True, False):
+        for about_itself in (0.0, 1e-15):
+            text = simulation(1.2, output_rate=200, tolerance=1e-8)
+            text += rigid("crank", mass=1, inertia=[0.05] * 3, frames={"pin": [crank, 0, 0]})
+            text += rigid("rocker", mass=1, inertia=[0.03] * 3, frames={"pin": [rocker, 0, 0]})
+            inertia = [about_itself, mass * rod**2 / 12, mass * rod**2 / 12]
+            text += rigid("rod", mass=mass, inertia=inertia, centre_of_mass=[rod / 2, 0, 0], frames={"end": [rod, 0, 0]})
+            drive = {"motion": f"{start} + {speed}*t"} if driven else {"initial": {"value": start, "rate": speed}}
+            text += joint("crank", "revolute", "ground", "crank", **drive)
+            text += joint("rocker", "revolute", "ground", "rocker", position=base, axis=[0, -1, 0], initial={"guess": round(p, 2)})
+            text += joint("first", "spherical", "crank.pin", "rod", initial={"guess": [0, round(-d[2] * turn, 2), round(d[1] * turn, 2)]})
+            text += joint("second", "spherical", "rocker.pin", "rod.end")
+            text += output("at", "rocker.pin", "position") + output("turn", "crank", "value") + output("rate", "crank", "rate")
+            h = started(folder, text)
+            what = f"thin coupler, driven {driven}, {about_itself} kg m^2"
+            constant, far, off = energy_per_square(start) * speed**2, 0.0, 0.0
+            for k, turned in enumerate(h["turn"]):
+                far = max(far, *(abs(h[f"at.{x}"][k] - place) for x, place in zip("xyz", ends(turned)[2])))
+                off = max(off, abs(h["rate"][k] - (speed if driven else math.sqrt(constant / energy_per_square(turned)))))
+            near(far, 0, 1e-8, f"{what}: place of the rocker's end, m")
+            near(off, 0, 1e-5, f"{what}: rate of the crank, 1/s")
+            expect(driven or max(h["turn"]) > 6, f"{what}: a full turn")
+
+
 with temporary_folder() as folder:
     folder = pathlib.Path(folder)
-    for linkage in (jansen, watt, stephenson, quick_return, stewart, far_pins, many_turns, rubbing_slot, sprung_loop, rates_of_rounding):
+    for linkage in (jansen, watt, stephenson, quick_return, stewart, far_pins, many_turns, rubbing_slot, sprung_loop):
+        linkage(folder)
+    for linkage in (rates_of_rounding, thin_coupler):
         linkage(folder)
 finish()

@@ -6,7 +6,7 @@ import pathlib
 import re
 
 from program import expect, finish, near, run, temporary_folder
-from scene_text import body, force, joint, output, rigid, section, simulation
+from scene_text import body, force, ground, joint, output, rigid, section, simulation
 
 OSCILLATORS = (
     simulation(4, output_rate=256)
@@ -372,9 +372,39 @@ def mass_damping(folder):
                 expect(len(found) >= 3, f"{mounting}, {boundary}: {len(found)} modes")
 
 
+def preloaded_cables(folder):
+    """A body between four cables of 1 m that are stretched by a share e of it: (2 k + 2 k e) / m, however little it takes to slacken them;
+    a cable that is just as long as its rest is told."""
+    k, m, damping = 1e6, 2.0, 30.0
+    for share in (1e-1, 1e-3, 1e-4, 1e-6, 1e-7, 0.0):
+        for damped in (False, True):
+            text = simulation(1, start="static") + rigid("block", mass=m, inertia=[0.1] * 3)
+            text += joint("plane", "planar", "ground", "block") + ground(l=[-1, 0, 0], r=[1, 0, 0], u=[0, 1, 0], d=[0, -1, 0])
+            more = {"damping": damping} if damped else {}
+            for side in "lrud":
+                text += force("cable", "block", from_=f"ground.{side}", name=side, stiffness=k, rest=1 - share, **more)
+            (folder / "cables.toml").write_text(text)
+            found = json.loads(run("check", folder / "cables.toml", "--json").stdout)
+            told = any("just as long as its rest" in warning for warning in found.get("warnings", []))
+            expect(told == (share == 0.0), f"cables stretched by {share}: told {told}")
+            if share == 0.0:
+                continue
+            vibrations = [mode for mode in found["modes"] if mode["kind"] == "vibration"]
+            expect(len(vibrations) == 2, f"cables stretched by {share}: {len(vibrations)} vibrations")
+            for mode in vibrations:
+                size = math.sqrt(2 * k * (1 + share) / m)
+                near(
+                    math.hypot(mode["real"], mode["imaginary"]),
+                    size,
+                    1e-6 * size,
+                    f"cables stretched by {share}, damped {damped}: pole, 1/s",
+                )
+                near(mode["real"], -damping / m if damped else 0.0, 1e-6 * size, f"cables stretched by {share}: decay, 1/s")
+
+
 with temporary_folder() as name:
     here = pathlib.Path(name)
-    for test in (response, controlled, beam, readings, modes, at_times, loop, spectra, mass_damping):
+    for test in (response, controlled, beam, readings, modes, at_times, loop, spectra, mass_damping, preloaded_cables):
         print(f"-- {test.__name__}", flush=True)
         test(here)
 finish()

@@ -293,6 +293,34 @@ TEST(Statics, RotorAboveItsCriticalSpeed) {
   }
 }
 
+// Weight across a turning shaft is no load that rests beside it: the state at t = 0, g / (w0^2 - speed^2) below the axis, would have to go
+// round backwards. Of weight along the axis, and of an arm whose sag hardly changes within its period, nothing is said.
+TEST(Statics, WeightTurnsAgainstAShaft) {
+  const auto notes = [](const std::string& gravity, double speed, double stiffness) {
+    const auto body = [](const std::string& name, const std::string& more) {
+      return fmt::format("[[body]]\nname = \"{}\"\nkind = \"rigid\"\n{}\n", name, more);
+    };
+    const std::string slide = fmt::format("spring = {{ stiffness = {} }}", stiffness);
+    const System s = make_system(parse_scene(head(1, gravity, "start = \"static\"") + body("hub", "mass = 1\ninertia = [1, 1, 1]") +
+                                                 body("link", "mass = 0") +
+                                                 body("disc", "mass = 1\ninertia = [0.1, 0.1, 0.1]\ncentre_of_mass = [0.001, 0, 0]") +
+                                                 joint("spin", "revolute", "ground", "hub", fmt::format("motion = \"{}*t\"", speed)) +
+                                                 joint("x", "prismatic", "hub", "link", "axis = [1, 0, 0]\n" + slide) +
+                                                 joint("y", "prismatic", "link", "disc", "axis = [0, 1, 0]\n" + slide),
+                                             "shaft.toml"));
+    std::string said;
+    for (const std::string& note : s.notes.texts(Severity::note))
+      if (note.find("it holds at t = 0 only") != std::string::npos) said = note;
+    return said;
+  };
+  // 9.81 / (400 - 121) m below the axis, times 11 1/s; the slower whirl is at 20 - 11 1/s.
+  const std::string said = notes("[0, -9.81, 0]", 11, 400);
+  EXPECT_NE(said.find(fmt::format("moves on by {:.3g} m/s", 9.81 / 279 * 11)), std::string::npos) << said;
+  EXPECT_NE(said.find(fmt::format("vibrates by up to {:.2g} m", 9.81 / 279 * 11 / 9)), std::string::npos) << said;
+  EXPECT_EQ(notes("[0, 0, -9.81]", 11, 400), "");
+  EXPECT_EQ(notes("[0, -9.81, 0]", 0.5, 400), "");
+}
+
 // Two elastic bars in a flat roof, EA = 1e5 N: beyond the limit load of 4.81 N they rest on the other side, and the notes say where they
 // snapped.
 TEST(Statics, SnapThroughFindsTheStateBeyond) {
