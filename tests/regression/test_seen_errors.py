@@ -121,14 +121,19 @@ with tempfile.TemporaryDirectory() as temporary:
     ratio = seen["block", "aslant"] / seen["block", "side"]
     expect(abs(ratio - 0.8) < 0.1, f"aslant {ratio} of what is seen from the side is told, 0.8 are seen")
 
-    # What shear makes of sections: runs of 8 and 16 elements have the same deflections at their nodes, and are drawn 3/2 of the shear's
-    # turn apart between them.
-    asked = simulate(folder, STUBBY.replace("ELEMENTS", "8"), "eight", "--accuracy", "2 px", "--fresh")["accuracy"]["picture"]
-    simulate(folder, STUBBY.replace("ELEMENTS", "16"), "sixteen")
+    # Sections stand aslant by the shear: runs of 8 and 16 elements, alike at their nodes, are drawn alike between them as well (0.45 px
+    # apart while sections were square to the axis).
+    asked = simulate(folder, STUBBY.replace("ELEMENTS", "8"), "asked", "--accuracy", "0.3 px", "--fresh")
+    for elements, name in (("8", "eight"), ("16", "sixteen")):
+        simulate(folder, STUBBY.replace("ELEMENTS", elements), name)
     apart = json.loads(run("compare", folder / "eight.h5", folder / "sixteen.h5", "--json").stdout)["pixels"]
-    print(f"stubby: {apart:.2e} px apart, told {asked['map']:.2e} of the map")
-    told = simulate(folder, STUBBY.replace("ELEMENTS", "8"), "eight", "--accuracy", "0.3 px", "--fresh")["warnings"]
+    told = asked["accuracy"]["picture"]
+    print(f"stubby: {apart:.2e} px apart, told {told['map']:.2e} of the map")
+    expect(apart < 0.03 and told["map"] < 0.03 and not asked["warnings"], f"a sheared beam: {apart} px apart, told {asked}")
+    # Curved beams are drawn square to their axis still.
+    arc = STUBBY.replace("length = 0.68", "axis = { points = [[0, 0, 0], [0.3, 0.03, 0], [0.6, 0.12, 0]] }")
+    arc = arc.replace("elements = ELEMENTS", "")
+    told = simulate(folder, arc, "arc", "--accuracy", "0.3 px", "--fresh")["warnings"]
     expect(any("'block' shears" in w and "smaller scale" in w for w in told), f"not told how to be rid of it: {told}")
-    expect(apart > 0.05 and 0.8 * apart <= asked["map"] <= 2 * apart, f"a sheared beam: {apart} px apart, told {asked}")
 
 finish()
