@@ -418,17 +418,18 @@ Results simulate_to_accuracy(const Scene& as_given, double accuracy, const Simul
       if (std::optional<Results> again = run_again(*kept, *memory, options)) return std::move(*again);
   const double start = cpu_seconds(), begun = work_seconds();
   const auto task_for = [&](const Scene& of) {
-    Task t{
-        accuracy, &options, Search(of, options), {}, {}, {}, 0.0, 1.0, {}, {}, {}, {}, {}, {}, std::make_shared<std::optional<Finished>>()};
+    Task t{accuracy, &options, Search(of, options), {}, {}, {}, 0.0, 1.0, {}, {}, {}, {}, {}, {}, {}, {}};
+    t.nearest = std::make_shared<std::optional<Finished>>();
+    t.written = std::make_shared<std::optional<Finished>>();
     t.search.accuracy = accuracy;
     return t;
   };
   std::optional<StraightRun> left;
   std::vector<LeftOutWorth> lacking;
-  std::shared_ptr<std::optional<Finished>> nearest;  // of the straight way
+  std::shared_ptr<std::optional<Finished>> nearest, written;  // of the straight way
   {
     Task straight = task_for(as_given);
-    nearest = straight.nearest;
+    nearest = straight.nearest, written = straight.written;
     if (std::optional<Finished> found = go_straight(straight, as_given, left))
       return stated(straight, std::move(*found), {start, begun, 0.0, 0.0, {}, true}, memory);
     lacking = std::move(straight.lacking);
@@ -480,6 +481,8 @@ Results simulate_to_accuracy(const Scene& as_given, double accuracy, const Simul
     if (other && (!best || other->error < best->error)) best = std::move(other);
     // One that seemed to keep the accuracy was refused for what its error does not say.
     if (*nearest && (*nearest)->judged && (*nearest)->error > accuracy && (!best || (*nearest)->error < best->error)) best = **nearest;
+    if (*written && (!best || (*written)->error < best->error)) best = std::move(**written);
+    if (best && !best->states.empty()) t.search.states = best->states;
   }
   if (!best) {
     // Neither the search nor the scene as it stands came to an end: what it says says why. Where it does in more time, nobody has judged

@@ -353,7 +353,7 @@ bool Followed::too_dear_in_time() {
 // Whether more modes in one frame would not do, and what they lack, of an error of so much, is little beside that.
 bool Followed::bends_too_far(double error) const {
   return out.judged && std::any_of(out.judged->limits.begin(), out.judged->limits.end(),
-                                   [&](const LinearLimit& l) { return l.error() > std::max(2.0 * t.accuracy, 0.5 * error); });
+                                   [&](const LinearLimit& l) { return l.counts() > std::max(2.0 * t.accuracy, 0.5 * error); });
 }
 
 void Followed::judge_space() {

@@ -80,6 +80,9 @@ class Straight {
   bool measure_effects(const std::optional<Method>& method, bool following);
   void leave(const Task::Share& share);
   void report_chosen(Finished& f) const;
+  Finished as_written() const;
+  double add_up(Finished& f, double of_time, double of_space, double of_effects) const;
+  void keep_written();
   std::optional<Finished> finish_as_written();
   std::optional<Finished> follow_vibrations(double within);
   std::optional<Finished> followed(double within) const;

@@ -29,29 +29,34 @@ std::optional<Finished> Straight::followed(double within) const {
   Task task = t_;
   task.straight = true;
   task.search.method = Method::exponential;
-  task.search.accuracy = t_.accuracy;
+  // Distances in pictures are shares of the picture: what vibrations and modes have to keep is a share of what they move. (Slider-crank
+  // exaggerated 20 times, for 0.5 px: 2e-5 of the picture, 4e-4 of the deflection; it was run at 6e-9, a thousand times too near in time,
+  // and ended after 15 CPU s without an answer.)
+  constexpr double coarsest = 0.1;
+  const double pictured = outputs_over_sizes(fine_), asked = std::max(t_.accuracy, std::min(coarsest, t_.accuracy / pictured));
+  task.search.accuracy = asked;
   const bool slow = fine_.units.empty() ? t_.search.reads_forces : std::any_of(fine_.units.begin(), fine_.units.end(), converges_slowly);
   // Of several bodies the stiffer ones get few modes.
   int bodies = 0;
   for (size_t b = 0; b < t_.search.scene().bodies.size(); ++b) bodies += t_.search.chooses(b);
-  const double modes = (slow || bodies > 1 ? 1.5 : 0.7) * std::pow(t_.accuracy, -1.0 / 3.0);
+  const double modes = (slow || (bodies > 1 && pictured >= 1.0) ? 1.5 : 0.7) * std::pow(asked, -1.0 / 3.0);
   // Two modes of stretching for 5e-3, four for 1e-3: what bodies pass on to each other along their axes rings as long as bending does
   // (slider-crank: 2.2e-3 and 9e-4 off).
   constexpr double two_stiff = 4e-3;
-  if (slow || (bodies > 1 && t_.accuracy < two_stiff)) task.search.stiff_at_first *= 2;
+  if (slow || (bodies > 1 && asked < two_stiff)) task.search.stiff_at_first *= 2;
   // More than so many at first are judged for seconds where fewer tell that it is hopeless (slider-crank at 5e-4).
   constexpr double most_at_first = 16.0;
   // Where rates decay too, steps cost what the fastest vibration asks for, whatever the tolerance.
-  const double tolerance = t_.search.undamped ? 3e-4 * t_.accuracy : std::min(3e-4 * t_.accuracy, 1e-5 * std::sqrt(t_.accuracy));
+  const double tolerance = t_.search.undamped ? 3e-4 * asked : std::min(3e-4 * asked, 1e-5 * std::sqrt(asked));
   // Where something stretches or twists, which sets the steps, the exponential method costs little more down to this (slider-crank, 1e-4 to
   // 3e-7: 0.11 to 0.19 CPU s), and errors of time do not hide what modes lack. Bending alone takes seven times the steps for it.
   // Below 2e-7 it samples what oscillates, at a multiple of the price: an accuracy of 1e-3 stays just above that.
   constexpr double free_at_least = 2.1e-7;
-  const double nearly_free = std::clamp(1.5e-4 * t_.accuracy, free_at_least, 3e-7);
+  const double nearly_free = std::clamp(1.5e-4 * asked, free_at_least, 3e-7);
   const bool stiff = std::any_of(t_.search.states.begin(), t_.search.states.end(), [&](const EffectState& s) {
     return (s.effect == "axial" || s.effect == "torsion") && (s.on || (s.possible && t_.search.decides(s)));
   });
-  const double clear = stiff ? std::min(tolerance, std::max(nearly_free, 3e-5 * t_.accuracy)) : tolerance;
+  const double clear = stiff ? std::min(tolerance, std::max(nearly_free, 3e-5 * asked)) : tolerance;
   // Where each mode costs that much, rounds from few of them on cost less than one with too many. What is damped far has fast modes that
   // follow their loads, for which static shapes stand, and decays that set the steps (geared arm at 1e-3: two modes 5e-5 off in 0.002 CPU
   // s, sixteen 0.09).
@@ -61,7 +66,7 @@ std::optional<Finished> Straight::followed(double within) const {
   // more, but for a tenth (pendulum, slider-crank at 1e-3: tried in vain, a quarter of the run's price), what samples by far less.
   constexpr double a_tenth = 0.05;
   task.clear = std::clamp(clear, 1e-10, 1e-4);
-  const bool looser = task.clear >= free_at_least && (!t_.search.undamped || t_.accuracy >= a_tenth);
+  const bool looser = task.clear >= free_at_least && (!t_.search.undamped || asked >= a_tenth);
   const double start = looser ? std::min(10.0 * task.clear, 1e-4) : task.clear;
   task.setting = {Search::level_for_modes(few ? few_at_first : std::min(modes, most_at_first)), start};
   // However stiff, a body may carry what makes it bend, and no judge would see that it is rigid (three welded beams in space, the shortest

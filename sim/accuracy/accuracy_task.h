@@ -54,6 +54,7 @@ struct Task {
   std::vector<LeftOutWorth> lacking;
   std::vector<std::string> chosen;
   std::shared_ptr<std::optional<Finished>> nearest;  // the run that came nearest to the accuracy so far, of all ways
+  std::shared_ptr<std::optional<Finished>> written;  // the same of runs as written that were judged whole and refused
   bool straight = false;                             // no runs are spent on whether a looser one would have done
   double clear = 1e300;  // straight: at this tolerance errors of time do not hide what modes lack; looser ones have to show it
 
@@ -117,9 +118,10 @@ struct Finished {
   std::optional<Method> method;                // of the search
   std::optional<JudgedRun> judged;             // where it went straight: the run, and what its motion says of effects
   Setting setting;
-  Histories looser, coarse;  // at ten times the tolerance, one level below
-  ErrorSizes sizes;          // of all outputs, as add_up found them last
-  double error = -1.0;       // of the output that is furthest off; negative: not known
+  std::vector<EffectState> states;  // effects of a run as written; empty: the search's
+  Histories looser, coarse;         // at ten times the tolerance, one level below
+  ErrorSizes sizes;                 // of all outputs, as add_up found them last
+  double error = -1.0;              // of the output that is furthest off; negative: not known
   std::string column;
   double time = 0.0, space = 0.0, effects = 0.0;  // its parts
   double loose_tolerance = 0.0;                   // of `looser`

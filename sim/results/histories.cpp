@@ -103,6 +103,17 @@ VecX output_ranges(const Histories& h) {
   return out;
 }
 
+double outputs_over_sizes(const Histories& h) {
+  if (h.sizes.size() == 0 || h.values.cols() == 0) return 1.0;
+  const VecX ranges = vector_ranges(h), rounding = rounding_of_outputs(h);
+  double out = 0.0;
+  for (Eigen::Index k = 0; k < ranges.size(); ++k) {
+    if (ranges[k] <= rounding[k]) continue;
+    out = std::max(out, h.sizes[k] > 0.0 ? ranges[k] / h.sizes[k] : 1.0);
+  }
+  return out > 0.0 ? std::min(out, 1.0) : 1.0;
+}
+
 VecX output_ranges(const Histories& run, const Histories& other) {
   constexpr double rounding = 6e-13, alike = 0.3;
   VecX out = output_ranges(run);

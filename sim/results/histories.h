@@ -44,6 +44,10 @@ VecX output_ranges(const Histories& histories);
 // must be among the other's.
 VecX output_ranges(const Histories& run, const Histories& other);
 
+// The largest range of an output, of those that have a size, over that size; 1 where none has, and at most. What is a share of what an
+// output moves by is a share of its size by that factor.
+double outputs_over_sizes(const Histories& histories);
+
 struct Difference {
   VecX columns;  // relative, per column; 0 where the output does not move
   double largest = 0.0;

@@ -233,7 +233,7 @@ bool call_large_bending(const std::vector<LinearLimit>& limits, double tolerated
   const std::string name = "large_bending";
   bool called = false;
   for (const LinearLimit& limit : limits) {
-    if (!limit.may_go_on || limit.error() <= tolerated) continue;
+    if (!limit.may_go_on || limit.counts() <= tolerated) continue;
     BodyDef& body = scene.bodies[static_cast<size_t>(limit.body)];
     auto& beam = std::get<BeamDef>(body.kind);
     EffectChoice& choice = beam.effects;
@@ -251,8 +251,8 @@ bool call_large_bending(const std::vector<LinearLimit>& limits, double tolerated
 
 void warn_of_linear_limits(const Scene& scene, const std::vector<LinearLimit>& limits, double tolerated, Notes& into) {
   for (const LinearLimit& limit : limits) {
+    if (limit.counts() <= tolerated) continue;
     const double error = limit.error();
-    if (error <= tolerated) continue;
     const BodyDef& body = scene.bodies[limit.body];
     const bool beam = std::holds_alternative<BeamDef>(body.kind);
     into.warn(fmt::format("body '{}'", body.name),

@@ -33,8 +33,10 @@ struct LinearLimit {
   // What the loads along a beam do (pressed_beams.h): the largest share of buckling, which is counted in already; the largest strain along
   // its axis, and the share of its stiffness that one frame lacks by it.
   double pressed = 0.0, stretched = 0.0, stretching = 0.0;
-  // Error of what the body's deflection decides, relative to that.
+  double seen = 1.0;  // what outputs see of it, whose sizes are those of whole pictures (outputs_over_sizes)
+  // Error of what the body's deflection decides, relative to that, and what counts of it beside an asked accuracy.
   double error() const { return at_rest + 0.5 * phase + lacks_stretched(); }
+  double counts() const { return seen * error(); }
   // Of it, what the strain along the axis makes: the frequency errs by half the share of the stiffness.
   double lacks_stretched() const { return stretching * (1.0 + 0.25 * swung); }
 };
@@ -46,11 +48,12 @@ std::string far_words(const LinearLimit& limit, const char* frame, bool when = t
 // alone stays right); others: of the nodes.
 std::vector<LinearLimit> linear_limits(const Scene& scene, const Model& model, const Results& results);
 
-// Adds large_bending to beams with automatic effects whose error is above `tolerated` where they can have it: the scene is to be simulated
-// anew. A note says what and why. False if nothing.
+// Adds large_bending to beams with automatic effects whose error counts more than `tolerated` where they can have it: the scene is to be
+// simulated anew. A note says what and why. False if nothing.
 bool call_large_bending(const std::vector<LinearLimit>& limits, double tolerated, Scene& scene, Notes& notes);
 
-// A warning for each body whose error is above `tolerated`: how far it turned, when, how wrong that makes it, and what to use instead.
+// A warning for each body whose error counts more than `tolerated`: how far it turned, when, how wrong that makes it, and what to use
+// instead.
 void warn_of_linear_limits(const Scene& scene, const std::vector<LinearLimit>& limits, double tolerated, Notes& into);
 
 }  // namespace flexframe::sim

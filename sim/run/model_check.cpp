@@ -422,9 +422,9 @@ BendingWorth check_bending(const Scene& scene, const std::vector<EffectState>& s
                            const Histories& base, const ModelCheckOptions& options, SolverStatistics& out) {
   std::vector<LinearLimit> doubtful;
   BendingWorth worth;
-  for (const LinearLimit& l : limits) worth.share = std::max(worth.share, l.error());
+  for (const LinearLimit& l : limits) worth.share = std::max(worth.share, l.counts());
   for (const LinearLimit& l : limits)
-    if (l.error() > options.surely_small * options.asked) doubtful.push_back(l);
+    if (l.counts() > options.surely_small * options.asked) doubtful.push_back(l);
   if (doubtful.empty()) return worth;
   BesideVolumes beside = bending_beside_volumes(scene, states, base, doubtful, options, few_elements);
   if (beside.elements == few_elements && beside.found && surely_less * beside.found->share > options.asked &&
@@ -612,7 +612,7 @@ std::optional<Scene> with_richer_models(const Scene& scene, const std::vector<Ef
   for (size_t b = 0; b < scene.bodies.size(); ++b)
     if (const auto* beam = std::get_if<BeamDef>(&scene.bodies[b].kind); beam && has_forms_of_ends(*beam)) forms.push_back(b);
   for (const LinearLimit& l : limits)
-    if (l.pieces == 1 && l.error() > options.surely_small * options.asked) bent.push_back(static_cast<size_t>(l.body));
+    if (l.pieces == 1 && l.counts() > options.surely_small * options.asked) bent.push_back(static_cast<size_t>(l.body));
   const auto elements = [&](const Scene& s, size_t b) { return with_elements(s, states, b); };
   // As many modes as the forms are, with the shapes that the joints and loads make, tell whether these fit (blade: 18 coordinates for 70).
   const auto modes = [&](const Scene& s, size_t b) {
@@ -626,7 +626,7 @@ std::optional<Scene> with_richer_models(const Scene& scene, const std::vector<Ef
   take(forms, elements, modes, [](size_t) { return false; });
   const auto surely_bent = [&](size_t b) {
     return std::any_of(limits.begin(), limits.end(),
-                       [&](const LinearLimit& l) { return l.body == static_cast<int>(b) && l.error() > 2.0 * options.asked; });
+                       [&](const LinearLimit& l) { return l.body == static_cast<int>(b) && l.counts() > 2.0 * options.asked; });
   };
   // A beam in forms that do not fit says nothing of volumes.
   if (any) std::erase_if(bent, [&](size_t b) { return std::find(forms.begin(), forms.end(), b) != forms.end(); });
@@ -643,7 +643,7 @@ bool any_to_check(const Scene& scene, const std::vector<LinearLimit>& limits, co
   };
   return !options.unjudged.empty() || !options.between_samples.empty() || !options.may_tip.empty() ||
          std::any_of(scene.bodies.begin(), scene.bodies.end(), of_forms) ||
-         std::any_of(limits.begin(), limits.end(), [&](const LinearLimit& l) { return l.error() > options.surely_small * options.asked; });
+         std::any_of(limits.begin(), limits.end(), [&](const LinearLimit& l) { return l.counts() > options.surely_small * options.asked; });
 }
 
 BendingWorth check_models(const Scene& scene, const std::vector<EffectState>& states, const std::vector<LinearLimit>& limits,

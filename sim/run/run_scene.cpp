@@ -193,6 +193,8 @@ Results simulate_at(std::optional<double> tolerance, const Scene& scene, const S
         if (!scene.outputs.empty() || w.share > 0.0) (is_deformation(w) ? alone.left_out : alone.to_measure).push_back(std::move(w));
     alone.limits = linear_limits(scene, system.model, results);
     pulled.count(scene, results, wants_statics(scene), alone.limits);
+    if (std::any_of(results.outputs.begin(), results.outputs.end(), [](const ResultOutput& o) { return o.size > 0.0; }))
+      for (const double seen = outputs_over_sizes(to_histories(results)); LinearLimit & l : alone.limits) l.seen = seen;
     alone.unstiffened = without_second_order(system.model, scene);
     return results;
   });
