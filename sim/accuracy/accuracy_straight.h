@@ -107,9 +107,16 @@ class Straight {
   int few_stiff_ = 0;
   Scene few_scene_;
   static constexpr int least_more = 2;
-  double first_tolerance() const { return std::clamp(0.1 * t_.accuracy, 1e-9, 1e-3); }
+  double first_tolerance() const { return std::clamp(0.1 * asked(), 1e-9, 1e-3); }
   // Where forces at rest make most of what is seen, few modes bring the rest.
-  int few_at_first() const { return std::max(3, static_cast<int>(std::ceil(0.5 * std::pow(t_.accuracy, -1.0 / 3.0)))); }
+  static constexpr int fewest_at_first = 3;
+  int few_at_first() const { return std::max(fewest_at_first, static_cast<int>(std::ceil(0.5 * std::pow(asked(), -1.0 / 3.0)))); }
+  // Distances in pictures are shares of the picture: what tolerances and modes have to keep is a share of what is moved (DECISIONS).
+  // pictured_: how much of the sizes of outputs they move by, 1 where that is not known.
+  double asked() const { return std::max(t_.accuracy, std::min(coarsest, t_.accuracy / pictured_)); }
+  void look_at_ranges();
+  static constexpr double coarsest = 0.1;
+  double pictured_ = 1.0;
   int refined_ = 0;                       // times that it was too few
   double lacked_ = 0.0;                   // of space then
   bool refined_stiff_ = false;            // and what it was given more of

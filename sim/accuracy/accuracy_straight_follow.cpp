@@ -29,17 +29,13 @@ std::optional<Finished> Straight::followed(double within) const {
   Task task = t_;
   task.straight = true;
   task.search.method = Method::exponential;
-  // Distances in pictures are shares of the picture: what vibrations and modes have to keep is a share of what they move. (Slider-crank
-  // exaggerated 20 times, for 0.5 px: 2e-5 of the picture, 4e-4 of the deflection; it was run at 6e-9, a thousand times too near in time,
-  // and ended after 15 CPU s without an answer.)
-  constexpr double coarsest = 0.1;
-  const double pictured = outputs_over_sizes(fine_), asked = std::max(t_.accuracy, std::min(coarsest, t_.accuracy / pictured));
+  const double asked = this->asked();
   task.search.accuracy = asked;
   const bool slow = fine_.units.empty() ? t_.search.reads_forces : std::any_of(fine_.units.begin(), fine_.units.end(), converges_slowly);
   // Of several bodies the stiffer ones get few modes.
   int bodies = 0;
   for (size_t b = 0; b < t_.search.scene().bodies.size(); ++b) bodies += t_.search.chooses(b);
-  const double modes = (slow || (bodies > 1 && pictured >= 1.0) ? 1.5 : 0.7) * std::pow(asked, -1.0 / 3.0);
+  const double modes = (slow || (bodies > 1 && pictured_ >= 1.0) ? 1.5 : 0.7) * std::pow(asked, -1.0 / 3.0);
   // Two modes of stretching for 5e-3, four for 1e-3: what bodies pass on to each other along their axes rings as long as bending does
   // (slider-crank: 2.2e-3 and 9e-4 off).
   constexpr double two_stiff = 4e-3;
@@ -208,6 +204,7 @@ std::optional<Finished> Straight::try_few(const Scene& as_given, const Search& s
   Task task = t_;
   task.search = search;
   Straight few(task);
+  few.pictured_ = pictured_;
   few.few_ = few_at_first();
   few.tried_ = true;  // to follow vibrations
   few.begin_at_ = judged_at_;
