@@ -168,8 +168,9 @@ std::optional<Finished> finish(Task& t, double limit) {
     const double step_before = last_step;
     last_step = step;
     // Levels may differ in some bodies only, jumps of loads converge slowly in all of them, and two levels can agree by chance: a finer run
-    // tells.
-    if (search.has_levels() && error <= accuracy) {
+    // tells. So it does where the level below is the same: bodies have no more modes of bending (two rods that strike, 96 modes of 300
+    // elements and two of stretching: 5.5e-2 of time alone was told where 0.37 is true).
+    if (search.has_levels() && (error <= accuracy || step == 0.0)) {
       const Scene finer = search.finer_than(t.setting);
       // The level below was judged by these modes and one more in bodies where this level has none more: do these matter?
       const bool more_matter = judge && apart(*judge, thinned) > unasked * accuracy;

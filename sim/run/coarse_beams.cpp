@@ -354,6 +354,13 @@ std::vector<size_t> beams_between_samples(const Scene& scene, const Model& model
                                           const Results& results, double asked) {
   std::vector<size_t> out;
   constexpr Eigen::Index fewest_samples = 3;
+  // Waves along a rod have fronts: rates and forces err by up to five times what the deflection tells (rods that strike each other: 1.8e-2,
+  // 5.5e-2, 8e-2 told by it where 5.3e-2, 1.1e-1, 1.6e-1 are true; below a hundredth nothing was told where 2.3e-2 was true).
+  constexpr double of_waves = 0.2;
+  const auto is_place = [](const Histories& h, const std::string& column) {
+    const auto at = std::find(h.columns.begin(), h.columns.end(), column) - h.columns.begin();
+    return static_cast<size_t>(at) < h.units.size() && (h.units[at] == "m" || h.units[at] == "rad");
+  };
   if (results.times.size() < fewest_samples) return out;
   const Histories run = to_histories(results);
   const VecX ranges = output_ranges(run);
@@ -361,19 +368,25 @@ std::vector<size_t> beams_between_samples(const Scene& scene, const Model& model
   for (size_t b = 0; b < scene.bodies.size() && b < results.bodies.size(); ++b) {
     const BodyDef& def = scene.bodies[b];
     const BeamDef* beam = judged_beam(def);
+    if (!beam) continue;
     // A guess from few samples does: the run with more elements decides.
-    const std::optional<UnseenSwing> unseen = beam ? unseen_swing(model, static_cast<int>(b), results, fewest_samples) : std::nullopt;
-    if (!unseen) continue;
+    const std::optional<UnseenSwing> unseen = unseen_swing(model, static_cast<int>(b), results, fewest_samples);
     const Bending bending = bending_of(*beam, def.name, effects);
     Swing swing = swing_of(results.bodies[b], duration);
     if (!(bending.ei > 0.0) || !(swing.range > 0.0)) continue;
-    const auto share = [&] {
-      return worst_output(scene, run, ranges, def, swing, missed_by_elements(*beam, swing, bending, duration) * swing.range).share;
+    const auto worst = [&] {
+      return worst_output(scene, run, ranges, def, swing, missed_by_elements(*beam, swing, bending, duration) * swing.range);
     };
-    if (share() > asked) continue;  // told of already
+    const CoarseBeam told = worst();
+    if (told.share > asked) continue;  // told of already
+    if (swing.along && told.share > of_waves * asked && !is_place(run, told.column)) {
+      out.push_back(b);
+      continue;
+    }
+    if (!unseen) continue;
     swing.cycles = std::max(swing.cycles, unseen->share * unseen->radians / (2.0 * std::numbers::pi));
     swing.omega = std::max(swing.omega, unseen->radians / duration);
-    if (share() > asked) out.push_back(b);
+    if (worst().share > asked) out.push_back(b);
   }
   return out;
 }

@@ -36,8 +36,8 @@ struct CoarseBeam {
 std::vector<CoarseBeam> coarse_beams(const Scene& scene, const std::vector<EffectState>& effects, const Results& results);
 
 // Indices of bodies: beams that vibrate between the samples so fast that their elements may be too few for that, by the same formulas and
-// one node that runs faster than the samples show (sampling.h). Whether the outputs move with it is told by a run with twice as many
-// (model_check.h).
+// one node that runs faster than the samples show (sampling.h), and rods along which waves run whose fronts they may be too few for.
+// Whether the outputs move with it is told by a run with twice as many (model_check.h).
 std::vector<size_t> beams_between_samples(const Scene& scene, const Model& model, const std::vector<EffectState>& effects,
                                           const Results& results, double asked);
 

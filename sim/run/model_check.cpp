@@ -524,12 +524,12 @@ void check_elements(const Scene& scene, const std::vector<EffectState>& states, 
     const char* more = two ? "two volumes of as many elements each" : "twice as many elements";
     const bool between = std::find(options.unjudged.begin(), options.unjudged.end(), b) == options.unjudged.end();
     if (!found && between && comparison.too_long())
-      out.notes.warn(owner, fmt::format("vibrates faster than the samples show, for which its elements may be too few; what more of them "
-                                        "change was not measured, as that would take several times as long as the run: compare with a "
-                                        "run of {}",
+      out.notes.warn(owner, fmt::format("vibrates faster than the samples show, or in waves, for which its elements may be too few; what "
+                                        "more of them change was not measured, as that would take several times as long as the run: "
+                                        "compare with a run of {}",
                                         more));
     else if (!found && between)
-      out.notes.tell(owner, "vibrates faster than the samples show; what more elements would change could not be told");
+      out.notes.tell(owner, "vibrates faster than the samples show, or in waves; what more elements would change could not be told");
     else if (!found)
       out.notes.warn(owner,
                      "the scene gives its number of elements or modes, and the influence of more of them could not be measured: it is not "

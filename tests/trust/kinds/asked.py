@@ -6,8 +6,9 @@ elements the fifth mode is 1.6e-4 too fast and a turn behind after a thousand pe
 program does not have). A search that takes long has to end, with a sentence."""
 import math
 
+import numpy as np
 from kinds.rich import ALL, TIGHT, first_bending, pair, smooth
-from scene import beam, force, joint, output, pick, rigid, simulation, sizes, weld
+from scene import Scene, beam, force, joint, output, pick, rigid, simulation, sizes, weld
 
 FINE = ALL.format(128) + "\nkeep_modes = 32"
 STEEL = {"E": 2.1e11, "rho": 7850.0, "poisson": 0.3}
@@ -201,4 +202,36 @@ def released_asked(r, accuracy=None):
     return asked(r, make, f"{duration * w1 / 6.283:.2g} periods, damping {zeta}", rich=FINE, accuracy=accuracy)
 
 
-KINDS = [crane, disc_on_shaft, arm_with_payload, beam_on_stop, crank_asked, pendulum_asked, released_asked]
+def striking_rods(r):
+    """Asked or not: a rod strikes another of its kind by its end, waves run along both"""
+    # d'Alembert: the spring k between two rods of impedance Z = EA/c passes F = Z v/2 (1 - exp(-2 k t/Z)) on until waves come back, and
+    # the far end of the one that strikes goes on with v exp(-2 k (t - L/c)/Z) from t = L/c to 3 L/c after they met.
+    L, v = 10 ** r.uniform(-1, 1), 10 ** r.uniform(-1, 1)
+    m = pick(r, STEEL, {"E": 7e10, "rho": 2700.0, "poisson": 0.33})
+    d = L / r.uniform(30, 200)
+    c = math.sqrt(m["E"] / m["rho"])
+    stiff = 10 ** r.uniform(-1.5, 0.7)  # k L / EA
+    k = stiff * m["E"] * math.pi * d**2 / 4 / L
+    meet = L / c * r.uniform(0.1, 2)
+    duration = meet + 2.9 * L / c
+    accuracy = pick(r, None, 10 ** -r.uniform(0.7, 2))
+    text = simulation(duration, pick(r, 200, 1000) / duration)
+    for name, start in (("a", f"value = {-L - meet * v!r}, rate = {v!r}"), ("b", "value = 0.0")):
+        text += beam(name, L, f'{{ shape = "circle", diameter = {d!r} }}', m)
+        text += joint(f"rail {name}", "prismatic", "ground", f"{name}.root", f"axis = [1, 0, 0]\ninitial = {{ {start} }}")
+    text += f'[[force]]\nname = "touch"\nkind = "contact"\non = "a.tip"\nfrom = "b.root"\nshape = "point"\nnormal = [-1, 0, 0]\n'
+    text += f"stiffness = {k!r}\n\n" + output("x", "a.root", "position") + output("v", "a.root", "velocity")
+
+    def truth(t):
+        after, decay = np.maximum(0.0, t - meet - L / c), 2 * stiff * c / L
+        along = np.zeros((len(t), 2, 3))
+        along[:, 0, 0] = -L - meet * v + v * np.minimum(t, meet + L / c) + v / decay * (1 - np.exp(-decay * after))
+        along[:, 1, 0] = v * np.exp(-decay * after)
+        return {"x": along[:, 0], "v": along[:, 1]}
+
+    words = () if accuracy is None else ("--accuracy", repr(accuracy))
+    what = f"k = {stiff:.2g} EA/L{'' if accuracy is None else f'; accuracy {accuracy:.2g}'}"
+    return Scene(text, truth, what=what, words=words, claim=accuracy)
+
+
+KINDS = [crane, disc_on_shaft, arm_with_payload, beam_on_stop, crank_asked, pendulum_asked, released_asked, striking_rods]
