@@ -124,7 +124,8 @@ void warn_of_last_modes(const System& start, const Scene& scene, const SimulateO
   VecX ranges = common_ranges(other, reference, deflection);
   pass_over_amplitudes(scene, reference.columns, ranges);
   const Difference difference = compare_histories(reference, other, ranges);
-  const double noise = estimates * std::max(0.0, statistics.error_estimate);
+  // Both runs step alike.
+  const double noise = std::max(0.0, statistics.error_estimate);
   if (difference.column < 0 || difference.largest <= asked + noise) return;
   statistics.notes.warn(
       "body " + names,
