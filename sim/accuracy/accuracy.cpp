@@ -340,13 +340,10 @@ void count_lacking(Task& t, Finished& found) {
 void judge_last_modes(const Task& t, const Finished& found, Results& results) {
   SimulateOptions options = *t.options;
   options.method = found.method;
-  double deflection = 0.0;
-  for (const ResultBody& body : results.bodies)
-    if (body.displacement.size() > 0) deflection = std::max(deflection, body.displacement.cwiseAbs().maxCoeff());
-  SolverStatistics judged = results.statistics;
-  judged.error_estimate = found.time;  // both runs have the same modes
-  warn_of_last_modes(make_system(found.scene), found.scene, options, results, to_histories(results), deflection, t.accuracy, judged);
-  results.statistics.notes = judged.notes;
+  const double told = results.statistics.error_estimate;
+  results.statistics.error_estimate = found.time;  // both runs have the same modes
+  warn_of_last_modes(make_system(found.scene), found.scene, options, to_histories(results), t.accuracy, results);
+  results.statistics.error_estimate = told;
 }
 
 // What a search has come to, for the words about it.

@@ -98,8 +98,9 @@ struct LongerThanAllowed {};
 
 }  // namespace
 
-void warn_of_last_modes(const System& start, const Scene& scene, const SimulateOptions& options, const Results& results,
-                        const Histories& reference, double deflection, double asked, SolverStatistics& statistics) {
+void warn_of_last_modes(const System& start, const Scene& scene, const SimulateOptions& options, const Histories& reference, double asked,
+                        Results& results) {
+  SolverStatistics& statistics = results.statistics;
   // Longer runs are made again only where these modes move at all: a tenth of what is asked, as forces follow their accelerations.
   if (statistics.work > least_check && share_of_last_modes(scene, start.model, results) < 0.1 * asked) return;
   System heavier = copy_start(start);
@@ -121,6 +122,9 @@ void warn_of_last_modes(const System& start, const Scene& scene, const SimulateO
                           "takes longer than the run");
     return;
   }
+  double deflection = 0.0;
+  for (const ResultBody& body : results.bodies)
+    if (body.displacement.size() > 0) deflection = std::max(deflection, body.displacement.cwiseAbs().maxCoeff());
   VecX ranges = common_ranges(other, reference, deflection);
   pass_over_amplitudes(scene, reference.columns, ranges);
   const Difference difference = compare_histories(reference, other, ranges);
