@@ -148,8 +148,8 @@ void tell_of_left_out_strain(Animation& animation, double largest) {
 
 // How much the differences between samples may miss of the largest speed, as a share of it, in the picture that misses most. Of a vibration
 // with w h = x from sample to sample (straight between them) the difference over one spacing misses x^2/6 at a sample and x^2/24 midway,
-// that over three spacings x^2/2 and 9 x^2/24: half of what lies between them is x^2/6 or more. At the ends, where they look to one side,
-// they miss a h/2 and 5 a h/6.
+// that over three spacings x^2/2 and 9 x^2/24: half of what lies between them is x^2/6 or more. At the ends, where two of them are
+// continued, they miss x^2/3 and 3 x^2, and beside them x^2/6 and x^2/2 or more.
 double missed_speed(const Animation& animation, double t) {
   const sim::Results& results = *animation.results;
   const sim::VecX& times = results.times;
@@ -166,7 +166,7 @@ double missed_speed(const Animation& animation, double t) {
   }
   const double spacing = (times[times.size() - 1] - times[0]) / static_cast<double>(times.size() - 1);
   const bool inside = t - 1.5 * spacing >= times[0] && t + 1.5 * spacing <= times[times.size() - 1];
-  return largest[0] > 0.0 ? std::abs(largest[0] - largest[1]) * (inside ? 0.5 : 1.5) / largest[0] : 0.0;
+  return largest[0] > 0.0 ? std::abs(largest[0] - largest[1]) * (inside ? 0.5 : 0.25) / largest[0] : 0.0;
 }
 
 // The median over moments of large speed: beside an impact the longer difference says nothing.

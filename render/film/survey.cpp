@@ -216,27 +216,39 @@ void update_speeds(const ColoredBody& of, double t, double spacings, ScalarMemor
   const size_t vertices = model.rest.size() / 3;
   const Eigen::Index n = times.size();
   const double first = times[0], last = times[n - 1], half = 0.5 * spacings * (last - first) / static_cast<double>(n - 1);
-  const double t0 = std::max(first, t - half), t1 = std::min(last, t + half);
-  const SamplePlace p0 = find_sample(times, t0), p1 = find_sample(times, t1);
-  const auto displaced = [&](const SamplePlace& place, std::vector<float>& out) {
-    if (!model.flexible) return;
-    update_displacement(model, body, place, work.body);
-    out = work.body.displacement;
-  };
-  displaced(p0, work.before);
-  displaced(p1, work.after);
-  const glm::dmat4 pose0 = body_pose(body, p0), pose1 = body_pose(body, p1);
+  // At the ends no difference looks to both sides: what the two nearest ones tell goes on as a straight line.
+  const bool begins = t - half<first, ends = t + half> last, long_enough = last - first >= 4.0 * half * (1.0 - 1e-9);
+  const bool beyond = begins != ends && long_enough;
+  const double centre = !beyond ? t : begins ? first + half : last - half, aside = begins ? centre + 2.0 * half : centre - 2.0 * half;
   scalars.resize(vertices);
   if (work.wanted) work.components.resize(3 * vertices);
-  for (size_t i = 0; i < vertices; ++i) {
-    glm::dvec3 a(model.rest[3 * i], model.rest[3 * i + 1], model.rest[3 * i + 2]), b = a;
-    if (model.flexible) {
-      a += glm::dvec3(work.before[3 * i], work.before[3 * i + 1], work.before[3 * i + 2]);
-      b += glm::dvec3(work.after[3 * i], work.after[3 * i + 1], work.after[3 * i + 2]);
+  const auto add_difference = [&](double at, double factor, bool anew) {
+    const double t0 = std::max(first, at - half), t1 = std::min(last, at + half);
+    const SamplePlace p0 = find_sample(times, t0), p1 = find_sample(times, t1);
+    const auto displaced = [&](const SamplePlace& place, std::vector<float>& out) {
+      if (!model.flexible) return;
+      update_displacement(model, body, place, work.body);
+      out = work.body.displacement;
+    };
+    displaced(p0, work.before);
+    displaced(p1, work.after);
+    const glm::dmat4 pose0 = body_pose(body, p0), pose1 = body_pose(body, p1);
+    if (anew) work.velocity.assign(vertices, glm::dvec3(0.0));
+    for (size_t i = 0; i < vertices; ++i) {
+      glm::dvec3 a(model.rest[3 * i], model.rest[3 * i + 1], model.rest[3 * i + 2]), b = a;
+      if (model.flexible) {
+        a += glm::dvec3(work.before[3 * i], work.before[3 * i + 1], work.before[3 * i + 2]);
+        b += glm::dvec3(work.after[3 * i], work.after[3 * i + 1], work.after[3 * i + 2]);
+      }
+      work.velocity[i] += factor * (transform(pose1, b) - transform(pose0, a)) / (t1 - t0);
     }
-    const glm::dvec3 velocity = (transform(pose1, b) - transform(pose0, a)) / (t1 - t0);
-    scalars[i] = static_cast<float>(glm::length(velocity));
-    for (int c = 0; c < 3 && work.wanted; ++c) work.components[3 * i + c] = static_cast<float>(velocity[c]);
+  };
+  const double share = beyond ? (t - centre) / (aside - centre) : 0.0;
+  add_difference(centre, 1.0 - share, true);
+  if (share != 0.0) add_difference(aside, share, false);
+  for (size_t i = 0; i < vertices; ++i) {
+    scalars[i] = static_cast<float>(glm::length(work.velocity[i]));
+    for (int c = 0; c < 3 && work.wanted; ++c) work.components[3 * i + c] = static_cast<float>(work.velocity[i][c]);
   }
 }
 

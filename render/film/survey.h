@@ -40,6 +40,7 @@ struct ColoredBody {
 };
 struct ScalarMemory {
   std::vector<float> before, after;
+  std::vector<glm::dvec3> velocity;
   BodyMemory body;
   // What the scalars are the length of (3 a vertex) or the von Mises stress of (6 a vertex, as stress modes have them); else empty.
   bool wanted = false;

@@ -6,6 +6,7 @@
 #include "render/picture/mesh_polygons.h"
 
 #include <assimp/GltfMaterial.h>
+#include <assimp/config.h>
 #include <assimp/material.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
@@ -294,12 +295,24 @@ std::string stl_bytes(const std::string& file, std::string text) {
   throw MeshError(fmt::format("{}: is no STL file: text that begins with 'solid', or 84 bytes and 50 a triangle, are expected", file));
 }
 
+// Formats that say their unit, of which the numbers alone are read (glTF is in metres, Collada's unit is counted, STL has none).
+void tell_of_units(const std::string& ending, Mesh& mesh) {
+  for (const char* known : {".stl", ".gltf", ".glb", ".dae"})
+    if (ending == known) return;
+  mesh.faults.push_back(
+      fmt::format("files of {} may say their unit{} and which way is up, neither of which is read: its numbers count as metres, or in the "
+                  "unit that the scene gives",
+                  ending, ending == ".3mf" ? " (millimetres where they name none)" : ""));
+}
+
 Mesh read_other(const fs::path& path, const MeshOptions& options) {
   const std::string file = path.string();
   const std::string text = read_text(path);
   std::string ending = path.extension().string();
   for (char& c : ending) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
   Assimp::Importer importer;
+  // Places in the body frame are those of the file: assimp turns Collada's scenes so that y points up.
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   const std::string stl = ending == ".stl" ? stl_bytes(file, text) : "";
   const aiScene* scene = stl.empty() ? importer.ReadFile(file, 0) : importer.ReadFileFromMemory(stl.data(), stl.size(), 0, "stl");
   if (scene == nullptr || scene->mRootNode == nullptr) throw MeshError(fmt::format("{}: {}", file, importer.GetErrorString()));
@@ -354,6 +367,7 @@ Mesh read_other(const fs::path& path, const MeshOptions& options) {
   if (extension == ".stl") polygons.corner_normal.clear();
   finish_mesh(std::move(polygons), options, mesh, fmt::format("{}: no face with three different corners", file));
   tell_of_steps(mesh);
+  tell_of_units(ending, mesh);
   return mesh;
 }
 

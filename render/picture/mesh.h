@@ -2,7 +2,8 @@
 //
 // Positions keep the order and the double precision of the file: vertex i of an OBJ file (i-th `v` line, unused ones
 // included) is positions[i], whatever assimp does with it afterwards, and coordinates far from the origin lose nothing.
-// Formats other than OBJ hold single precision; their vertices come mesh by mesh in the file's order, in world position.
+// Formats other than OBJ hold single precision; their vertices come mesh by mesh in the file's order, in world position, in the axes of
+// the file (Collada's unit is counted, other formats' are warned of).
 //
 // Triangles refer to positions, and beside that to shading points: a position with one normal. A position on a crease or on
 // a normal seam of the file has several shading points; the copies of a position that a file repeats share a normal group.

@@ -4,9 +4,11 @@
 #include "sim/base/cpu_clock.h"
 #include "sim/run/across_plane.h"
 #include "sim/run/coarse_beams.h"
+#include "sim/run/few_modes.h"
 #include "sim/run/held_warping.h"
 #include "sim/run/missing_stiffening.h"
 #include "sim/run/run_scene.h"
+#include "sim/start/make_system.h"
 #include "sim/time/system.h"
 
 #include <fmt/format.h>
@@ -334,6 +336,16 @@ void count_lacking(Task& t, Finished& found) {
   found.effects = std::hypot(found.effects, lacks);
 }
 
+// No setting reaches beyond the modes that bodies of files have.
+void judge_last_modes(const Task& t, const Finished& found, Results& results) {
+  SimulateOptions options = *t.options;
+  options.method = found.method;
+  const double told = results.statistics.error_estimate;
+  results.statistics.error_estimate = found.time;  // both runs have the same modes
+  warn_of_last_modes(make_system(found.scene), found.scene, options, to_histories(results), t.accuracy, results);
+  results.statistics.error_estimate = told;
+}
+
 // What a search has come to, for the words about it.
 struct Searched {
   double start = 0.0, begun = 0.0;   // cpu_seconds() and work_seconds() at which it began
@@ -371,6 +383,7 @@ Results stated(Task& t, Finished found, const Searched& searched, const Settings
   for (size_t b = 0; b < found.scene.bodies.size(); ++b)
     if (std::holds_alternative<ModalDef>(found.scene.bodies[b].kind)) all.push_back(static_cast<int>(b));
   warn_of_missing_stiffening(found.scene, all, results, accuracy, s.notes);
+  if (t.options->check_effects && !all.empty()) judge_last_modes(t, found, results);
   if (t.options->check_effects) warn_of_leaving_plane(found.scene, t.search.states, s.notes);
   report_left_out(found.scene, t.lacking, accuracy, s);
   if (s.error_estimate > accuracy)

@@ -60,7 +60,10 @@ class InpTableReader : public InpLines {
   size_t scope = 0;
   int step = 0;  // 0: before the first
   bool ended = false;
-  int lines = 0;  // of data of the present keyword
+  bool expands = false;   // a material does, by *EXPANSION
+  bool perturbs = false;  // the present step, small motions about the state that those before it reached
+  bool preloads = false;  // one of those had loads
+  int lines = 0;          // of data of the present keyword
   bool skip = false;
   const InpType* type = nullptr;
   bool refused_type = false;  // of the present elements: only their numbers are taken
@@ -87,6 +90,9 @@ class InpTableReader : public InpLines {
 
   // Keywords; those that answer: whether it was one of theirs. Steps: supports of the first are the model's.
   void in_step();
+  void begin_step();
+  void tell_of_load();
+  void warn_once(const char* word, const std::string& text);
   bool structure();
   void begin_element();
   bool set_word();

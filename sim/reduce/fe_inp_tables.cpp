@@ -185,6 +185,7 @@ bool harmless_keyword(const std::string& k) {
 void InpTableReader::keyword(const InpKeyword& given) {
   k = given;
   if (k.name == "PART" || k.name == "ASSEMBLY" || k.name == "OUTPUT" || k.name == "BEAM GENERAL SECTION") deck.abaqus = true;
+  if (k.name == "EXPANSION") expands = true;
   lines = 0;
   numbers.clear();
   skip = false;
@@ -234,14 +235,43 @@ std::string InpTableReader::need(const char* key) const {
   return value;
 }
 
+void InpTableReader::warn_once(const char* word, const std::string& text) {
+  if (told.insert(word).second) deck.warnings.push_back(fmt::format("{}: {}", where(at), text));
+}
+
+void InpTableReader::begin_step() {
+  ++step;
+  perturbs = k.has("PERTURBATION");
+  if (perturbs && preloads)
+    warn_once("*STEP, PERTURBATION",
+              "*STEP, PERTURBATION: the loads of the steps before it are passed over, so the body is as stiff as without them, and has "
+              "other frequencies than this step; forces of the scene stiffen it");
+}
+
+// Loads are the scene's to have, but what is told of a deck's structure once they act is not that of the body.
+void InpTableReader::tell_of_load() {
+  const bool heats = k.name == "TEMPERATURE";
+  const bool softens = std::any_of(elastics.begin(), elastics.end(), [](const InpElastic& e) { return e.rows.size() > 1; });
+  if (heats && softens)
+    warn_once("*TEMPERATURE of elasticity",
+              "*TEMPERATURE of a step is passed over, though elasticity depends on it: constants are those at the initial temperature; "
+              "give *INITIAL CONDITIONS, TYPE=TEMPERATURE the one that counts");
+  if (heats && expands)
+    warn_once("*TEMPERATURE",
+              "*TEMPERATURE of a step is passed over: the body does not expand by it, and where it is held it is as stiff as without the "
+              "stress that follows");
+  static const std::set<std::string> loads = {"CLOAD", "DLOAD", "DSLOAD"};
+  if (!perturbs && (loads.contains(k.name) || (heats && expands))) preloads = true;
+}
+
 void InpTableReader::in_step() {
-  if (k.name == "STEP") ++step;
+  if (k.name == "STEP") begin_step();
   if (k.name == "END STEP") ended = true;
-  if (k.name == "MODEL CHANGE" && k.has("REMOVE") && !up("TYPE").starts_with("CONTACT") && told.insert("*MODEL CHANGE").second)
-    deck.warnings.push_back(
-        fmt::format("{}: *MODEL CHANGE, REMOVE of a step is passed over: the body has all elements; take those out of the deck that are "
-                    "not to be in it",
-                    where(at)));
+  tell_of_load();
+  if (k.name == "MODEL CHANGE" && k.has("REMOVE") && !up("TYPE").starts_with("CONTACT"))
+    warn_once("*MODEL CHANGE",
+              "*MODEL CHANGE, REMOVE of a step is passed over: the body has all elements; take those out of the deck that are not to be "
+              "in it");
   skip = k.name != "BOUNDARY";
   if (skip) return;
   if (step > 1 || ended) {
@@ -256,7 +286,7 @@ void InpTableReader::in_step() {
 bool InpTableReader::structure() {
   const std::string& w = k.name;
   if (w == "STEP") {
-    ++step;
+    begin_step();
     skip = true;
   } else if (w == "NODE") {
     const std::string system = up("SYSTEM");

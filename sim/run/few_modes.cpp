@@ -1,10 +1,14 @@
 #include "sim/run/few_modes.h"
 
+#include "sim/base/eigen_solvers.h"
+#include "sim/base/work_clock.h"
 #include "sim/run/effect_report.h"
+#include "sim/run/second_run.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 namespace flexframe::sim {
 namespace {
@@ -20,7 +24,121 @@ bool keeps_coordinates(const Scene& scene, const std::string& body) {
                      [&](const OutputDef& o) { return o.of.body == body && (o.quantity == Quantity::q || o.quantity == Quantity::qd); });
 }
 
+// A run beside one, at its tolerance, of which nothing is said.
+SimulateOptions beside_run(const SimulateOptions& options, const SolverStatistics& run) {
+  SimulateOptions out = options;
+  out.tolerance = run.tolerance;
+  out.weight_shares.clear();
+  out.progress = {};
+  out.tell = {};
+  return out;
+}
+
+// The highest third, one at least.
+Eigen::Index last_modes(const FlexibleBody& body) { return (body.n + 2) / 3; }
+
+// What the last modes of a body add to its mass matrix where they weigh twice as much; empty: it has none.
+MatX mass_of_last_modes(const FlexibleBody& body) {
+  const GeneralizedEigen modes(body.Ke, body.Me);
+  if (modes.info() != Eigen::Success) return {};
+  const MatX weighed = body.Me * modes.eigenvectors().rightCols(last_modes(body));
+  return weighed * weighed.transpose();
+}
+
+// A body of a file whose modes the loads move: a scene that gives their start means just these.
+bool is_of_file(const Scene& scene, const Part& part) {
+  if (part.scene_body < 0 || part.body.n == 0) return false;
+  const auto* modal = std::get_if<ModalDef>(&scene.bodies[part.scene_body].kind);
+  return modal && modal->initial.q.empty() && modal->initial.qd.empty();
+}
+
+// Makes the last modes of all bodies of files heavier; their names.
+std::string weigh_last_modes(const Scene& scene, System& system) {
+  std::string names;
+  for (size_t p = 0; p < system.model.parts.size(); ++p) {
+    Part& part = system.model.parts[p];
+    if (!is_of_file(scene, part)) continue;
+    const MatX more = mass_of_last_modes(part.body);
+    if (more.size() == 0) continue;
+    part.body.Me += more;
+    if (system.plane) system.plane->bodies[p].Me = part.body.Me;
+    names += fmt::format("{}'{}'", names.empty() ? "" : ", ", part.name);
+  }
+  return names;
+}
+
+// What the last modes move of all that the modes of a body move, by their rates at the samples, root mean squares over its mass; the
+// largest of all bodies of files.
+double share_of_last_modes(const Scene& scene, const Model& model, const Results& results) {
+  double out = 0.0;
+  for (const Part& part : model.parts) {
+    if (!is_of_file(scene, part)) continue;
+    const MatX& rates = results.bodies[part.scene_body].qd;
+    const GeneralizedEigen modes(part.body.Ke, part.body.Me);
+    if (modes.info() != Eigen::Success || rates.cols() != part.body.n || rates.rows() == 0) continue;
+    const MatX each = rates * (part.body.Me * modes.eigenvectors());
+    const double all = each.rowwise().norm().maxCoeff();
+    if (all > 0.0) out = std::max(out, each.rightCols(last_modes(part.body)).rowwise().norm().maxCoeff() / all);
+  }
+  return out;
+}
+
+// The amplitudes of the modes themselves are what they are: those of the heavier ones say nothing of modes that are not there.
+void pass_over_amplitudes(const Scene& scene, const std::vector<std::string>& columns, VecX& ranges) {
+  for (const OutputDef& o : scene.outputs) {
+    if (o.quantity != Quantity::q && o.quantity != Quantity::qd) continue;
+    for (size_t k = 0; k < columns.size(); ++k)
+      if (columns[k] == o.name || columns[k].starts_with(o.name + "."))
+        ranges[static_cast<Eigen::Index>(k)] = std::numeric_limits<double>::infinity();
+  }
+}
+
+// A run beside a longer one that takes too long.
+struct LongerThanAllowed {};
+
 }  // namespace
+
+void warn_of_last_modes(const System& start, const Scene& scene, const SimulateOptions& options, const Histories& reference, double asked,
+                        Results& results) {
+  SolverStatistics& statistics = results.statistics;
+  // Longer runs are made again only where these modes move at all: a tenth of what is asked, as forces follow their accelerations.
+  if (statistics.work > least_check && share_of_last_modes(scene, start.model, results) < 0.1 * asked) return;
+  System heavier = copy_start(start);
+  const std::string names = weigh_last_modes(scene, heavier);
+  if (names.empty()) return;
+  SimulateOptions again = beside_run(options, statistics);
+  const double until = work_seconds() + std::max(least_check, check_price * statistics.work);
+  again.progress = [until](double) {
+    if (work_seconds() > until) throw LongerThanAllowed{};
+  };
+  Histories other;
+  try {
+    other = simulate_histories_from(heavier, scene, again);
+  } catch (const SimulationError&) {
+    return;
+  } catch (const LongerThanAllowed&) {
+    statistics.notes.tell("body " + names,
+                          "whether the modes of its file reach the frequencies of this motion was not measured, as that "
+                          "takes longer than the run");
+    return;
+  }
+  double deflection = 0.0;
+  for (const ResultBody& body : results.bodies)
+    if (body.displacement.size() > 0) deflection = std::max(deflection, body.displacement.cwiseAbs().maxCoeff());
+  VecX ranges = common_ranges(other, reference, deflection);
+  pass_over_amplitudes(scene, reference.columns, ranges);
+  const Difference difference = compare_histories(reference, other, ranges);
+  // Both runs step alike.
+  const double noise = std::max(0.0, statistics.error_estimate);
+  if (difference.column < 0 || difference.largest <= asked + noise) return;
+  statistics.notes.warn(
+      "body " + names,
+      fmt::format(
+          "the modes of its file may not reach the frequencies of this motion: {} changes by {:.2g} of its range where the highest "
+          "third of them weighs twice as much, and what the file leaves out may be worth as much; reduce the model with more modes, "
+          "or let loads rise and fall more slowly",
+          reference.columns[difference.column], difference.largest));
+}
 
 void warn_of_few_modes(const Scene& scene, const SimulateOptions& options, const Histories& reference, double deflection, double asked,
                        SolverStatistics& statistics) {
@@ -35,14 +153,9 @@ void warn_of_few_modes(const Scene& scene, const SimulateOptions& options, const
     names += fmt::format("{}'{}'", names.empty() ? "" : ", ", body.name);
   }
   if (names.empty()) return;
-  SimulateOptions again = options;
-  again.tolerance = statistics.tolerance;
-  again.weight_shares.clear();
-  again.progress = {};
-  again.tell = {};
   Histories other;
   try {
-    other = simulate_histories(richer, again);
+    other = simulate_histories(richer, beside_run(options, statistics));
   } catch (const SimulationError&) {
     return;
   }

@@ -360,6 +360,7 @@ Measured measure(Unjudged& run, bool judge_models) {
   // A second run of the same length is made of short ones only.
   if (judge_models && results.statistics.work <= least_check)
     warn_of_few_modes(run.scene, options, run.reference, check.deflection, unasked_accuracy, results.statistics);
+  if (judge_models) warn_of_last_modes(*alone.start, run.scene, options, run.reference, unasked_accuracy, results);
   const bool forces = std::any_of(alone.to_measure.begin(), alone.to_measure.end(),
                                   [](const LeftOutWorth& w) { return shifts_forces(w, unasked_accuracy); });
   if (effects > 0 && (paired || beside_run) && (forces || output_ranges(run.reference).maxCoeff() > 0.0)) {

@@ -360,6 +360,22 @@ with temporary_folder() as name:
     for words in ("TYPE=STRESS", "*MODEL CHANGE, REMOVE"):
         expect(any(words in w for w in told["warnings"]), f"{words}: {told['warnings']}")
     expect(any("*DAMPING" in n for n in told["notes"]), f"*DAMPING: {told['notes']}")
+    # Heat and loads of steps, where the deck's own structure would be another one by them; loads alone are the scene's.
+    hot = plain.replace("*DENSITY", "*EXPANSION\n1.2e-5\n*DENSITY").replace("2.1e11, 0.3", "2.1e11, 0.3, 20\n1e11, 0.3, 500")
+    hot += "*INITIAL CONDITIONS, TYPE=TEMPERATURE\nROOT, 20\n*BOUNDARY\nROOT, 1, 3\n*STEP\n*STATIC\n*TEMPERATURE\nROOT, 120\n*END STEP\n"
+    perturbed = "*STEP, PERTURBATION\n*FREQUENCY\n4\n*END STEP\n"
+    pulled = plain + "*BOUNDARY\nROOT, 1, 3\n*STEP\n*STATIC\n*CLOAD\n1, 1, 1e5\n*END STEP\n"
+    for deck, told_of in (
+        (hot, ("though elasticity depends on it", "does not expand by it")),
+        (hot + perturbed, ("though elasticity depends on it", "does not expand by it", "as stiff as without them")),
+        (pulled, ()),
+        (pulled + perturbed, ("as stiff as without them",)),
+        (pulled.replace("*CLOAD\n1, 1, 1e5\n", "") + perturbed, ()),
+    ):
+        told = [w for w in reduce(put("deck.inp", deck))["warnings"] if "STEP" in w or "TEMPERATURE" in w]
+        expect(
+            len(told) == len(told_of) and all(any(words in w for w in told) for words in told_of), f"loads of steps: {told}, not {told_of}"
+        )
 
     # What is missing is named with the option that gives it; all of it.
     bare = plain.replace("*DENSITY\n7850\n", "").replace("*ELASTIC\n2.1e11, 0.3\n", "")

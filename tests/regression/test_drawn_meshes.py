@@ -5,12 +5,14 @@ its outline and light give; what is not drawn is told of.
 
 Truth: the bracket's outline seen square on covers a known share of the picture (by hand, orthographic), its face has one colour.
 """
+import io
 import json
 import math
 import pathlib
 import re
 import struct
 import subprocess
+import zipfile
 
 import numpy as np
 
@@ -52,6 +54,44 @@ def ply(points, faces):
     head = f"ply\nformat binary_little_endian 1.0\nelement vertex {len(points)}\nproperty float x\nproperty float y\nproperty float z\n"
     head += f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
     return head.encode() + points.astype("<f4").tobytes() + b"".join(struct.pack("<B3i", 3, *f) for f in faces)
+
+
+def dae(points, faces, up, metres):
+    """Collada: its numbers stand in its own unit; its axes are the body's, whichever points up."""
+    numbers = " ".join(f"{v / metres:.9g}" for v in points.ravel())
+    words = "".join(f'<param name="{x}" type="float"/>' for x in "XYZ")
+    return (
+        '<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">'
+        f'<asset><unit meter="{metres}"/><up_axis>{up}</up_axis></asset><library_geometries><geometry id="g"><mesh><source id="s">'
+        f'<float_array id="a" count="{points.size}">{numbers}</float_array><technique_common>'
+        f'<accessor source="#a" count="{len(points)}" stride="3">{words}</accessor></technique_common></source>'
+        '<vertices id="v"><input semantic="POSITION" source="#s"/></vertices>'
+        f'<triangles count="{len(faces)}"><input semantic="VERTEX" source="#v" offset="0"/><p>{" ".join(map(str, faces.ravel()))}</p>'
+        "</triangles></mesh></geometry></library_geometries><library_visual_scenes>"
+        '<visual_scene id="w"><node id="n"><instance_geometry url="#g"/></node></visual_scene></library_visual_scenes>'
+        '<scene><instance_visual_scene url="#w"/></scene></COLLADA>'
+    ).encode()
+
+
+def three_mf(points, faces):
+    """3MF, a file that says its unit."""
+    place = '<vertex x="%.9g" y="%.9g" z="%.9g"/>'
+    corner = '<triangle v1="%d" v2="%d" v3="%d"/>'
+    model = (
+        '<?xml version="1.0"?><model unit="millimeter" xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02"><resources>'
+        '<object id="1" type="model"><mesh><vertices>' + "".join(place % tuple(p) for p in points) + "</vertices><triangles>"
+        "" + "".join(corner % tuple(f) for f in faces) + "</triangles></mesh></object></resources>"
+        '<build><item objectid="1"/></build></model>'
+    )
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w") as file:
+        file.writestr(
+            "_rels/.rels",
+            '<?xml version="1.0"?><Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships"><Relationship '
+            'Target="/3D/3dmodel.model" Id="r" Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>',
+        )
+        file.writestr("3D/3dmodel.model", model)
+    return out.getvalue()
 
 
 def glb(points, faces, textured=False):
@@ -131,7 +171,7 @@ camera = {{ position = [{x!r}, {y!r}, {10 * unit!r}], target = [{x!r}, {y!r}, 0]
     done = run("run", "scene.toml", "-o", "out", "--frames", "0:1", "--no-video", "--no-overlay", "--workers", "1", cwd=folder)
     words = ["ffmpeg", "-v", "error", "-i", str(folder / "out/frames/frame_00000.png"), "-f", "rawvideo", "-pix_fmt", "rgb24", "-"]
     raw = subprocess.run(words, capture_output=True, check=True).stdout
-    return np.frombuffer(raw, np.uint8).reshape(height, width, 3).astype(int), done.stdout + done.stderr
+    return (np.frombuffer(raw, np.uint8).reshape(height, width, 3).astype(int), done.stdout + done.stderr)
 
 
 def check(what, cell, wanted=None):
@@ -166,6 +206,8 @@ with temporary_folder() as name:
         "stl without normals": ("j.stl", stl(POINTS, FACES, 0 * normals)),
         "ply": ("k.ply", ply(POINTS, FACES)),
         "glb": ("l.glb", glb(POINTS, FACES)),
+        "dae, z up": ("o.dae", dae(POINTS, FACES, "Z_UP", 1.0)),
+        "dae, x up, in inches": ("p.dae", dae(POINTS, FACES, "X_UP", 0.0254)),
         "corners of their own": ("m.obj", obj(flat, alone)),
         "materials of odd numbers": ("n.obj", obj(POINTS, FACES, head="mtllib n.mtl\nusemtl odd\n")),
     }
@@ -182,6 +224,13 @@ with temporary_folder() as name:
         color = check(what, pixels[y : y + SIDE, x : x + SIDE], first)
         first = color if first is None else first
     expect("textures are not drawn" in said, f"a texture is passed over in silence: {said}")
+
+    # A unit that is not read is told of.
+    expect("may say their unit" not in said, f"units of files that have none, or that are counted: {said}")
+    (folder / "u.3mf").write_bytes(three_mf(POINTS, FACES))
+    pixels, said = picture(folder, body("3mf", "u.3mf", (0.0, 0.0)), SIDE, SIDE, 1.0)
+    check("3mf", pixels)
+    expect("may say their unit" in said, f"the unit of a 3mf is passed over in silence: {said}")
 
     # A texture of another format is told of too.
     (folder / "t.glb").write_bytes(glb(POINTS, FACES, textured=True))

@@ -497,6 +497,21 @@ TEST(Animation, SpeedsBetweenFewSamplesAreToldOf) {
   EXPECT_NE(told(13).find("may be off by"), std::string::npos);
 }
 
+// What speeds up evenly is fastest at the end: differences that look to one side only were half a spacing late there.
+TEST(Animation, SpeedsAtTheEndsAreThoseOfTheEnds) {
+  sim::Results r = test::swinging_beam(0.0, 13);
+  const double last = r.times[r.times.size() - 1];
+  for (Eigen::Index i = 0; i < r.times.size(); ++i)
+    for (sim::ResultBody& b : r.bodies) {
+      b.orientation.row(i) << 1.0, 0.0, 0.0, 0.0;
+      if (b.kind == "rigid") b.position.row(i) << r.times[i] * r.times[i], 0.0, 0.0;
+    }
+  film::RenderSettings s = small_settings();
+  s.color_by = film::ColorBy::velocity;
+  const film::Animation animation = film::make_animation(r, s, nullptr);
+  EXPECT_NEAR(animation.scalar_map.upper, 2.0 * last, 2e-3 * last);
+}
+
 // What stands still has no speeds to colour by, though the last bits of its positions change; what creeps under a large deflection is told.
 TEST(Animation, RoundingOfPositionsIsNoSpeed) {
   sim::Results r = test::swinging_beam(0.1);

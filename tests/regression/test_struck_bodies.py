@@ -1,0 +1,69 @@
+"""Bodies of files that are struck: a rod of solids, free, pushed at one end along itself, against d'Alembert's waves. The modes of a file
+carry what is slow; of what is faster than they are a warning tells, in runs and where an accuracy is asked for."""
+
+import json
+import math
+
+from program import *
+
+E, RHO, LENGTH, WIDE, HIGH, COUNT = 2.1e11, 7850.0, 1.0, 0.04, 0.03, 40
+corners = [(LENGTH * i / COUNT, WIDE * (j - 0.5), HIGH * (k - 0.5)) for i in range(COUNT + 1) for j in (0, 1) for k in (0, 1)]
+bricks = [[4 * i + n for n in (1, 5, 7, 3, 2, 6, 8, 4)] for i in range(COUNT)]
+last = 4 * COUNT
+deck = (
+    "*NODE, NSET=ALL\n"
+    + "".join("%d, %.9g, %.9g, %.9g\n" % (n + 1, *x) for n, x in enumerate(corners))
+    + "*ELEMENT, TYPE=C3D8I, ELSET=ROD\n"
+    + "".join("%d, %s\n" % (e + 1, ", ".join(map(str, b))) for e, b in enumerate(bricks))
+    + f"*NSET, NSET=ROOT\n1, 2, 3, 4\n*NSET, NSET=TIP\n{last + 1}, {last + 2}, {last + 3}, {last + 4}\n"
+    + f"*MATERIAL, NAME=STEEL\n*ELASTIC\n{E}, 0\n*DENSITY\n{RHO}\n*SOLID SECTION, ELSET=ROD, MATERIAL=STEEL\n"
+)
+FORCE = 1000.0
+speed = math.sqrt(E / RHO)
+passage = LENGTH / speed  # s, of a wave from one end to the other
+told = "may not reach the frequencies of this motion"
+
+with temporary_folder() as name:
+    folder = pathlib.Path(name)
+    (folder / "rod.inp").write_text(deck)
+
+    def push(t, length):
+        return FORCE * math.sin(math.pi * t / length) ** 2 if 0 < t < length else 0.0
+
+    def far_end(t, length):
+        """m/s: waves that come in and go back, twice as fast at a free end."""
+        return sum(2 * push(t - (2 * k + 1) * passage, length) for k in range(200)) / (RHO * WIDE * HIGH * speed)
+
+    def struck(modes, passages, *words):
+        """(error of the far end's velocity over its range, warnings) of a push that lasts so many passages."""
+        if modes:
+            interfaces = ("--interface", "tip=rigid:TIP", "--interface", "far=rigid:ROOT")
+            run("reduce", folder / "rod.inp", "-o", folder / "rod.sid", *interfaces, "--modes", modes, "--quiet")
+        length = passages * passage
+        duration = max(3 * length, 6 * passage) if passages < 10 else 1.2 * length
+        (folder / "rod.toml").write_text(
+            f"[simulation]\nduration = {duration:.12g}\noutput_rate = {200 / duration:.12g}\n"
+            '[[body]]\nname = "rod"\nkind = "modal"\nfile = "rod.sid"\n'
+            '[[joint]]\nname = "floats"\nkind = "free"\nparent = "ground"\nchild = "rod"\n'
+            '[[force]]\nkind = "force"\non = "rod.tip"\ndirection = [1, 0, 0]\n'
+            f'value = "t < {length:.12g} ? {FORCE}*sin(pi*t/{length:.12g})^2 : 0"\n'
+            '[[output]]\nname = "far"\nof = "rod.far"\nquantity = "velocity"\n'
+        )
+        done = run("simulate", folder / "rod.toml", "-o", folder / "r.h5", "--csv", folder / "r.csv", "--json", "--fresh", *words)
+        columns = history(folder / "r.csv")
+        true = [far_end(t, length) for t in columns["t"]]
+        error = max(abs(a - b) for a, b in zip(columns["far.x"], true)) / (max(true) - min(true))
+        warnings = [w for w in json.loads(done.stdout)["simulation"]["warnings"] if told in w]
+        print(f"{modes} modes, a push of {passages} passages {words}: {error:.2g} of the range off, {warnings}")
+        return error, warnings
+
+    error, warnings = struck(10, 60)
+    expect(error < 0.005 and not warnings, f"a slow push is {error:.2g} off, or warned of: {warnings}")
+    error, warnings = struck(0, 1.0)
+    expect(error > 0.05 and warnings, f"a blow faster than ten modes is {error:.2g} off without a warning")
+    error, warnings = struck(0, 1.0, "--accuracy", "0.01")
+    expect(error > 0.05 and warnings, f"the same with an accuracy asked for is {error:.2g} off without a warning")
+    error, warnings = struck(70, 1.5)
+    expect(error < 0.02 and not warnings, f"a blow that seventy modes carry is {error:.2g} off, or warned of: {warnings}")
+
+finish()
