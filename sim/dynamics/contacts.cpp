@@ -251,7 +251,13 @@ void begin_contacts(const Model& model, Work& work) {
   }
 }
 
-double pass_contacts(const Model& model, Work& work, const std::vector<bool>& ended, std::vector<std::string>& changes) {
+bool barely_slides(const Model& model, const Work& work, int contact) {
+  const ContactWork& c = work.signals.contacts[contact];
+  return has_friction(model, contact) && c.slip == ContactSlip::slips && c.slide.norm() <= contact_at_rest * fastest(work);
+}
+
+double pass_contacts(const Model& model, Work& work, const std::vector<bool>& ended, std::vector<int>& resting,
+                     std::vector<std::string>& changes) {
   double released = 0.0;
   work.signals.fastest = fastest(work);
   for (size_t k = 0; k < model.contacts.size(); ++k) {
@@ -292,6 +298,7 @@ double pass_contacts(const Model& model, Work& work, const std::vector<bool>& en
     } else {
       c.slip = ContactSlip::sticks;
       z.setZero();
+      resting.push_back(at);
       changes.push_back(fmt::format("{} sticks", contact_name(model, at)));
     }
   }

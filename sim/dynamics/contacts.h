@@ -7,8 +7,10 @@
 // c). Slower than the speed at which weight alone keeps the two together (settling_speed) impacts count as that one: what has settled is
 // damped, near its critical damping.
 //
-// Friction: surfaces that stick are held by a spring and a damper in the plane of contact that start without force where they came to
-// rest; beyond static_friction N they slide, against friction N along the slide. So what rests stays where it is, and what rolls rolls.
+// Friction: surfaces that stick are held by a spring and a damper in the plane of contact; beyond static_friction N they slide, against
+// friction N along the slide. The spring starts with what keeps the surfaces at rest (hold_contacts in events.h): one that started slack
+// would be loaded at once by what presses along the plane, overshoot to twice that and let go, again and again, where it is more than half
+// of what friction holds. So what rests stays where it is, and what rolls rolls.
 #pragma once
 
 #include "sim/dynamics/kinematics.h"
@@ -40,9 +42,12 @@ double contact_power(const Model& model, const SignalWork& signals);
 void contact_margins(const Model& model, const Work& work, double* margin);
 void contact_roundings(const Model& model, const Work& work, std::vector<double>& rounding);
 // The pieces that hold where a run begins; those after the margins that ended (three a contact), with a sentence for what touches anew.
-// Returns the energy that friction lets go, J. A change shows in the next visit.
+// Returns the energy that friction lets go, J. A change shows in the next visit. resting: those that have come to rest.
 void begin_contacts(const Model& model, Work& work);
-double pass_contacts(const Model& model, Work& work, const std::vector<bool>& ended, std::vector<std::string>& changes);
+double pass_contacts(const Model& model, Work& work, const std::vector<bool>& ended, std::vector<int>& resting,
+                     std::vector<std::string>& changes);
+// Whether a contact slides so slowly that it counts as at rest.
+bool barely_slides(const Model& model, const Work& work, int contact);
 std::string contact_name(const Model& model, int contact);
 
 // Of its spring and the masses that meet, rad/s: how fast an impact is over.

@@ -637,13 +637,14 @@ void MotionRun::keep_to_budget(double now) {
   // Short steps may pass: what sticks and lets go again takes some ten thousand of them. Nobody waits for those of small systems.
   const bool long_enough = steps >= 50000 || work_seconds() - begun_work >= 5.0;
   if (static_cast<double>(steps) < most && !(long_enough && review.hopeless(most))) return;
+  const bool follows_all = !automatic && (method == Method::adams || method == Method::erk);
   const double length = review.step() > 0.0 ? review.step() : now / static_cast<double>(std::max(1L, steps));
   throw SimulationError(fmt::format(
       "the run was ended at t = {:.6g} s of {:.6g} s after {} steps: at this pace it takes {:.1e} of them, more than the {:.6g} that it "
       "may. Steps of {:.1e} s: {}. "
-      "Simulate a shorter time, leave out or damp what is so fast, ask for less accuracy, or raise max_steps (--max-steps)",
-      now, duration, steps, static_cast<double>(steps) + (duration - now) / length, most, length,
-      what_takes_steps(system, now, y, length)));
+      "{}imulate a shorter time, leave out or damp what is so fast, ask for less accuracy, or raise max_steps (--max-steps)",
+      now, duration, steps, static_cast<double>(steps) + (duration - now) / length, most, length, what_takes_steps(system, now, y, length),
+      follows_all ? "Take another method (dirk and bdf step over what is fast, auto changes to them), s" : "S"));
 }
 
 // Now and then: the run's length against its budget, the method against others. True where another one begins.
@@ -653,7 +654,8 @@ bool MotionRun::review_method(double now, double end) {
     if (static_cast<double>(steps) >= told_to.most_steps) keep_to_budget(now);
     return false;
   }
-  keep_to_budget(now);
+  if (static_cast<double>(steps) >= told_to.most_steps) keep_to_budget(now);
+  // What ends a run with one method another one may pass.
   if (automatic && review.steps_to_go() > (method == Method::exponential ? long_run_with_matrices : long_run)) {
     if (const Method better = better_method(now, end); better != method) {
       system.notes.tell("", fmt::format("method changed from {} to {} at t = {:.3g} s: {}", method_name(method), method_name(better), now,
@@ -664,6 +666,7 @@ bool MotionRun::review_method(double now, double end) {
       return true;
     }
   }
+  keep_to_budget(now);
   if (review.steps_to_go() > worth_telling && told_to.tell && !told) {
     told = true;
     told_to.tell(fmt::format("about {:.1e} steps of {:.1e} s to go: {}", review.steps_to_go(), review.step(),

@@ -1,5 +1,6 @@
 #include "sim/time/events.h"
 
+#include "sim/base/eigen_solvers.h"
 #include "sim/dynamics/contacts.h"
 #include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/friction_rest.h"
@@ -25,19 +26,152 @@ void read_state(System& s) {
 double coordinate(const System& s, int part) { return s.work.q[s.model.parts[part].q0]; }
 double rate(const System& s, int part) { return s.work.w[s.model.parts[part].v0]; }
 
-// Switches of expressions and contacts, whose margins begin at `at`.
-bool pass_state_events(System& s, size_t at, const std::vector<int>& directions, std::vector<std::string>& changes, double& released) {
+// Switches of expressions and contacts, whose margins begin at `at`. resting: contacts that have come to rest.
+bool pass_state_events(System& s, size_t at, const std::vector<int>& directions, std::vector<int>& resting,
+                       std::vector<std::string>& changes, double& released) {
   std::vector<bool> ended;
   for (size_t k = at; k < directions.size(); ++k) ended.push_back(directions[k] < 0);
   if (std::find(ended.begin(), ended.end(), true) == ended.end()) return false;
   read_state(s);
   const auto contacts = ended.begin() + switch_count(s.model);
   pass_switches(s.model, s.work, {ended.begin(), contacts});
-  released = pass_contacts(s.model, s.work, {contacts, ended.end()}, changes);
+  released = pass_contacts(s.model, s.work, {contacts, ended.end()}, resting, changes);
   return true;
 }
 
+// A place of contact: its two directions along the plane of contact, axes of the partner, and the most that friction holds there, N.
+struct HeldContact {
+  int contact;
+  Vec3 along[2];
+  double most;
+};
+
+std::vector<HeldContact> held_contacts(System& s, const std::vector<int>& contacts) {
+  std::vector<HeldContact> out;
+  for (const int k : contacts) {
+    const Contact& contact = s.model.contacts[k];
+    const Load& load = s.model.loads[contact.load];
+    const double most = load.def.contact->static_friction * s.work.signals.contacts[k].force;
+    if (!(most > 0.0)) continue;
+    const Vec3 n = pose_in_space(s.model, s.work, load.from).R.transpose() * find_touch(s.model, s.work, contact).normal;
+    const Vec3 a = n.unitOrthogonal();
+    out.push_back({k, {a, n.cross(a)}, most});
+  }
+  return out;
+}
+
+// Velocities along the planes of contact at (t, y), two a place.
+VecX slides_at(System& s, double t, const VecX& y, const std::vector<HeldContact>& places) {
+  set_state(s, t, y.data(), false);
+  read_state(s);
+  VecX out(2 * static_cast<Eigen::Index>(places.size()));
+  Eigen::Index row = 0;
+  for (const HeldContact& p : places)
+    for (const Vec3& along : p.along) out[row++] = along.dot(s.work.signals.contacts[p.contact].slide);
+  return out;
+}
+
+double largest_share(const VecX& shares) {
+  double out = 0.0;
+  for (Eigen::Index k = 0; k < shares.size(); k += 2) out = std::max(out, shares.segment<2>(k).norm());
+  return out;
+}
+
+// Shares of the most that friction holds, two a place, that leave the places without acceleration: the least ones, as near as any do.
+// y: with the springs of the places slack.
+VecX holding_shares(System& s, double t, const VecX& y, const std::vector<HeldContact>& places) {
+  const Eigen::Index z0 = y.size() - (s.quadrature ? 2 : 0) - s.model.nz;
+  VecX free(y.size()), pushed(y.size());
+  state_rate(s, t, y.data(), free.data());
+  // Short against all that is in motion, long against the rounding of velocities.
+  constexpr double beside = 1e-7, unit = 1e-3;
+  const VecX a0 =
+      (slides_at(s, t + beside, y + beside * free, places) - slides_at(s, t - beside, y - beside * free, places)) / (2.0 * beside);
+  // Slides are linear in the rates.
+  const VecX before = slides_at(s, t, y, places);
+  MatX A(a0.size(), a0.size());
+  Eigen::Index column = 0;
+  for (const HeldContact& p : places) {
+    const Contact& contact = s.model.contacts[p.contact];
+    for (const Vec3& along : p.along) {
+      VecX at = y;
+      at.segment<3>(z0 + contact.z0) = -p.most / s.model.loads[contact.load].def.contact->tangential_stiffness * along;
+      state_rate(s, t, at.data(), pushed.data());
+      A.col(column++) = (slides_at(s, t, y + unit * (pushed - free), places) - before) / unit;
+    }
+  }
+  // Places that move as one but for how deep they are pressed do not push against one another.
+  constexpr double independent = 1e-3;
+  const VecX least = -least_squares(A, MatX(a0), independent);
+  // Of many places the least sum of squares loads those most that are pressed most. Shares alike, in the same directions, as far as they
+  // go.
+  VecX alike = VecX::Zero(least.size());
+  for (Eigen::Index k = 0; k < alike.size(); k += 2)
+    if (const double size = least.segment<2>(k).norm(); size > 0.0) alike.segment<2>(k) = least.segment<2>(k) / size;
+  const VecX pull = A * alike;
+  if (!(pull.squaredNorm() > 0.0)) return least;
+  const double size = -pull.dot(a0) / pull.squaredNorm();
+  const VecX even = size * alike - least_squares(A, MatX(a0 + size * pull), independent);
+  return largest_share(even) < largest_share(least) ? even : least;
+}
+
+// What starts at rest among the points of friction sticks or is let go, and all that stick where the loads have jumped.
+void start_friction(System& s, bool first, std::vector<std::string>& changes) {
+  std::vector<int> resting;
+  for (size_t k = 0; k < s.friction.points.size(); ++k) {
+    FrictionPoint& p = s.friction.points[k];
+    const double w = s.work.w[s.model.parts[p.part].v0 + p.rate];
+    if (!first || p.phase == FrictionPhase::regularised || p.phase == FrictionPhase::stick) continue;
+    const bool rests = p.phase == FrictionPhase::slip ? slip_rests(p, s.friction, s.model, s.work)
+                                                      : std::abs(w) <= friction_rounding(p, s.friction, s.model);
+    if (rests) resting.push_back(static_cast<int>(k));
+    else if (p.phase != FrictionPhase::slip) p.phase = w > 0.0 ? FrictionPhase::forward : FrictionPhase::backward;
+  }
+  settle_friction(s.model, s.friction, resting, s.work, changes);
+}
+
 }  // namespace
+
+double hold_contacts(System& s, double t, std::vector<int> resting, std::vector<std::string>& changes) {
+  const VecX y = pack_state(s, Eigen::Vector2d::Zero());
+  const Work work = s.work;
+  const FrictionState friction = s.friction;
+  set_state(s, t, y.data(), false);
+  read_state(s);
+  const auto alone = static_cast<std::ptrdiff_t>(resting.size());
+  for (size_t k = 0; k < work.signals.contacts.size(); ++k)
+    if (barely_slides(s.model, s.work, static_cast<int>(k))) resting.push_back(static_cast<int>(k));
+  for (const int k : resting) s.work.signals.contacts[k].slip = ContactSlip::sticks;
+  VecX slack = y;
+  const Eigen::Index z0 = y.size() - (s.quadrature ? 2 : 0) - s.model.nz;
+  for (const int k : resting) slack.segment<3>(z0 + s.model.contacts[k].z0).setZero();
+  const std::vector<HeldContact> places = held_contacts(s, resting);
+  VecX share;
+  try {
+    if (!places.empty()) share = holding_shares(s, t, slack, places);
+  } catch (const SimulationError&) {
+    share.resize(0);  // no friction in a joint goes with these
+  }
+  s.work = work;
+  s.friction = friction;
+  // Nothing pulls along the plane: differences leave some 1e-7.
+  constexpr double nothing = 1e-3, most = 0.999;
+  if (share.size() == 0 || !share.allFinite() || largest_share(share) < nothing) return 0.0;
+  const auto beside = resting.begin() + alone;
+  double energy = 0.0;
+  for (size_t k = 0; k < places.size(); ++k) {
+    const HeldContact& p = places[k];
+    Vec3 part = share[2 * static_cast<Eigen::Index>(k)] * p.along[0] + share[2 * static_cast<Eigen::Index>(k) + 1] * p.along[1];
+    if (part.norm() > most) part *= most / part.norm();
+    const double stiffness = s.model.loads[s.model.contacts[p.contact].load].def.contact->tangential_stiffness;
+    s.work.signals.contacts[p.contact].slip = ContactSlip::sticks;
+    s.work.signals.z.segment<3>(s.model.contacts[p.contact].z0) = -p.most / stiffness * part;
+    if (std::find(resting.begin(), beside, p.contact) == beside)
+      changes.push_back(fmt::format("{} sticks", contact_name(s.model, p.contact)));
+    energy += 0.5 * std::pow(p.most * part.norm(), 2) / stiffness;
+  }
+  return energy;
+}
 
 bool has_events(const System& s) {
   if (!s.stops.empty() || switch_count(s.model) > 0 || !s.model.contacts.empty()) return true;
@@ -123,25 +257,19 @@ void start_phases(System& s, double t, const VecX& y, bool first, std::vector<st
   }
   for (int i : s.stops) s.work.joints[i].stop = find_stop_phase(*s.model.parts[i].joint.stop, coordinate(s, i), rate(s, i));
   if (!s.stops.empty()) renew_dampers(s.model, s.work);
-  if (s.friction.points.empty()) return;
-  std::vector<int> resting;
-  for (size_t k = 0; k < s.friction.points.size(); ++k) {
-    FrictionPoint& p = s.friction.points[k];
-    const double w = s.work.w[s.model.parts[p.part].v0 + p.rate];
-    if (!first || p.phase == FrictionPhase::regularised || p.phase == FrictionPhase::stick) continue;
-    const bool rests = p.phase == FrictionPhase::slip ? slip_rests(p, s.friction, s.model, s.work)
-                                                      : std::abs(w) <= friction_rounding(p, s.friction, s.model);
-    if (rests) resting.push_back(static_cast<int>(k));
-    else if (p.phase != FrictionPhase::slip) p.phase = w > 0.0 ? FrictionPhase::forward : FrictionPhase::backward;
-  }
-  settle_friction(s.model, s.friction, resting, s.work, changes);
+  if (!s.friction.points.empty()) start_friction(s, first, changes);
+  if (!first) return;
+  std::vector<int> sticking;
+  for (size_t k = 0; k < s.work.signals.contacts.size(); ++k)
+    if (s.work.signals.contacts[k].slip == ContactSlip::sticks) sticking.push_back(static_cast<int>(k));
+  if (!sticking.empty()) hold_contacts(s, t, sticking, changes);
 }
 
 bool pass_events(System& s, double t, const VecX& y, const std::vector<int>& directions, std::vector<std::string>& changes,
                  double& released) {
   released = 0.0;
   set_state(s, t, y.data(), any_sticks(s.friction));
-  std::vector<int> resting;
+  std::vector<int> resting, contacts;
   bool passed = false, turned = false;
   for (size_t k = 0; k < s.friction.points.size(); ++k) {
     if (directions[k] >= 0) continue;
@@ -166,11 +294,12 @@ bool pass_events(System& s, double t, const VecX& y, const std::vector<int>& dir
       break;
     }
   }
-  if (pass_state_events(s, first + 2 * s.stops.size(), directions, changes, released)) passed = true;
+  if (pass_state_events(s, first + 2 * s.stops.size(), directions, contacts, changes, released)) passed = true;
   if (!passed) return false;
   if (!s.stops.empty()) renew_dampers(s.model, s.work);
   if (turned) follow_slip(s.model, s.friction, s.work, true);
   if (!s.friction.points.empty()) settle_friction(s.model, s.friction, resting, s.work, changes);
+  if (!contacts.empty()) released -= hold_contacts(s, t, contacts, changes);
   return true;
 }
 

@@ -34,4 +34,8 @@ void start_phases(System& system, double t, const VecX& y, bool first, std::vect
 bool pass_events(System& system, double t, const VecX& y, const std::vector<int>& directions, std::vector<std::string>& changes,
                  double& released);
 
+// Contacts that have come to rest at the state in `system.work`, time t, begin with the friction that leaves their surfaces without
+// acceleration, as far as it may hold, and so do those beside them that barely slide. Returns the energy that their springs begin with, J.
+double hold_contacts(System& system, double t, std::vector<int> resting, std::vector<std::string>& changes);
+
 }  // namespace flexframe::sim

@@ -141,6 +141,48 @@ def inclines(folder):
             expect(abs(h["v.x"][-1]) < 1e-6, f"a block that sticks creeps at {h['v.x'][-1]:.3g} m/s")
 
 
+def stops_on_inclines(folder):
+    """Friction that could hold little more than what pulls down: a block that slid stays where it stops, a ball rolls on without slip."""
+    mu, v, k, mass = 0.3, 0.05, 1e5, 2.0
+    corners = {"a": (0.1, 0.1), "b": (-0.1, 0.1), "c": (-0.1, -0.1), "d": (0.1, -0.1)}
+    frames = ", ".join(f"{n} = [{x}, {y}, -0.05]" for n, (x, y) in corners.items())
+    block = f'[[body]]\nname = "ball"\nkind = "rigid"\nmass = {mass}\ninertia = [0.01, 0.01, 0.01]\nframes = {{ {frames} }}\n'
+    rub = "damping = %s\nfriction = { coefficient = %s }"
+    for used in (0.75, 0.994):
+        a = math.atan(used * mu)
+        slows = g * (mu * math.cos(a) - math.sin(a))
+        feet = "".join(
+            touch(on=f"ball.{n}", shape="point", stiffness=k, more=rub % (30, mu)).replace('"floor"', f'"foot {n}"') for n in corners
+        )
+        free = (flies % (0.05 - mass * g * math.cos(a) / k / 4)).replace(" }", f", rate = [{v}, 0, 0, 0, 0, 0] }}")
+        text = simulation % (v / slows + 1, 100, f"[{g * math.sin(a)!r}, 0, {-g * math.cos(a)!r}]")
+        h = simulate(folder, text.replace("tolerance = 1e-8\n", "") + block + free + feet + seen)
+        # Springs of 1e5 N/m under 6 N.
+        near(h["x.x"][-1], v * v / 2 / slows, 3e-5, f"a block stops where friction needs {used} of what it has")
+        near(h["x.x"][-1] - h["x.x"][-50], 0, 1e-7, f"and stays ({used})")
+    # Rolling needs 2/7 of the slope.
+    need, mu = 0.8, 0.2
+    a = math.atan(need * 3.5 * mu)
+    text = simulation % (2, 100, f"[{g * math.sin(a)!r}, 0, {-g * math.cos(a)!r}]")
+    start = f"[0, 0, {0.1 - mass * g * math.cos(a) / k!r}, 0, 0, 0]"
+    h = simulate(folder, text + ball(start=start, rate="[1, 0, 0, 0, 0, 0]") + seen + touch(stiffness=k, more=rub % (1, mu)))
+    slides = g * (math.sin(a) - mu * math.cos(a))
+    spins = mu * g * math.cos(a) / (0.4 * 0.1)
+    t1 = 1 / (0.1 * spins - slides)
+    t = h["t"]
+    true = np.where(t < t1, 1 + slides * t, 1 + slides * t1 + 5 / 7 * g * math.sin(a) * (t - t1))
+    off(h["v.x"], true, 1e-3, "a ball that slid rolls down")
+    near(h["w.y"][-1] * 0.1, h["v.x"][-1], 2e-5, "and does not slip")
+    # A method that follows what is fast does not get past the end of the slide, and its refusal names those that do.
+    free = '[[joint]]\nname = "f"\nkind = "planar"\nparent = "ground"\nchild = "ball"\ninitial = { rate = [0.05, 0.001, 0.01] }\n'
+    free += 'friction = { coefficient = 0.3, normal_force = "reaction", radius = 0.1 }\n'
+    a = math.atan(0.994 * 0.3)
+    text = simulation % (4, 100, f"[{g * math.sin(a)!r}, 0, {-g * math.cos(a)!r}]") + block + free + seen
+    says = simulate(folder, text.replace("tolerance = 1e-8\n", 'method = "adams"\n'), code=1)
+    expect("dirk and bdf step over what is fast" in says, f"a refusal that names other methods: {says}")
+    simulate(folder, text)
+
+
 def balls(folder):
     """Two balls meet in flight: momentum, and the share e of their speed along the line that joins them."""
     e = 0.7
@@ -323,6 +365,7 @@ run_parts(
     rests,
     rolls,
     inclines,
+    stops_on_inclines,
     balls,
     too_soft,
     rods,
