@@ -32,15 +32,18 @@ double straight_allowance(double first) { return std::max(5.0, std::min(20.0 * f
 
 }  // namespace
 
-// Before any run, where one of all coordinates is dear: a loose one of the fewest modes tells how much of their sizes outputs move by.
-// (Shaft of two beams with a disc, for 0.5 px: 1e-7 of the picture, which was begun with 104 modes and came to no end.)
-void Straight::look_at_ranges() {
+// Where a run of all coordinates is dear it is made with few modes, as many as outputs call for: those in pictures by how much of their
+// sizes they move, which a loose run of the fewest tells. (Shaft of two beams with a disc, for 0.5 px: 1e-7 of the picture, which was begun
+// with 104 modes and came to no end.)
+void Straight::begin_with_few() {
   constexpr double loose = 1e-4, longest_look = 2.0;  // CPU s
   const std::vector<OutputDef>& outputs = t_.search.scene().outputs;
-  if (std::none_of(outputs.begin(), outputs.end(), [](const OutputDef& o) { return o.size > 0.0; })) return;
-  Scene scene = t_.search.with_modes(fewest_at_first, 2);
-  scene.simulation.tolerance = loose;
-  if (const std::optional<Histories> run = t_.search.run_within(scene, longest_look)) pictured_ = outputs_over_sizes(*run);
+  if (std::any_of(outputs.begin(), outputs.end(), [](const OutputDef& o) { return o.size > 0.0; })) {
+    Scene scene = t_.search.with_modes(fewest_at_first, 2);
+    scene.simulation.tolerance = loose;
+    if (const std::optional<Histories> run = t_.search.run_within(scene, longest_look)) pictured_ = outputs_over_sizes(*run);
+  }
+  few_ = few_at_first();
 }
 
 // The run at the tolerance, with the effects that its motion needs; false where it fails or takes too long. Without `again` the scene has
@@ -286,10 +289,7 @@ std::optional<Finished> Straight::go(const Scene& as_given) {
     else if (decade) looser_ = at_times(fine_, looser_.times);
     else has_looser_ = false;
   };
-  if (few_ == 0 && t_.search.dear_as_given()) {
-    look_at_ranges();
-    few_ = few_at_first();
-  }
+  if (few_ == 0 && t_.search.dear_as_given()) begin_with_few();
   tolerance_ = std::min(first_tolerance(), begin_at_);
   if (few_ > 0 && !tried_)
     if (std::optional<Finished> f = follow_first()) return f;

@@ -114,7 +114,7 @@ class Straight {
   // Distances in pictures are shares of the picture: what tolerances and modes have to keep is a share of what is moved (DECISIONS).
   // pictured_: how much of the sizes of outputs they move by, 1 where that is not known.
   double asked() const { return std::max(t_.accuracy, std::min(coarsest, t_.accuracy / pictured_)); }
-  void look_at_ranges();
+  void begin_with_few();
   static constexpr double coarsest = 0.1;
   double pictured_ = 1.0;
   int refined_ = 0;                       // times that it was too few

@@ -38,14 +38,18 @@ double meeting_mass(const Model& model, int at) {
   return inverse > 0.0 ? 1.0 / inverse : std::max(model.mass, 1e-300);
 }
 
-// The speed of a vibration as deep as weight presses, m/s, by what an impact of its size is damped.
-double settling_speed(const Model& model, int at) {
+// The speed of a vibration as deep as weight presses, m/s.
+double speed_of_weight(const Model& model, int at) {
   const ContactDef& def = def_of(model, at);
   const double mass = meeting_mass(model, at), weight = mass * model.settings.gravity.norm();
   const double depth = std::pow(weight / def.stiffness, 1.0 / def.exponent);
   const double stiffness = def.stiffness * def.exponent * std::pow(depth, def.exponent - 1.0);
-  const double speed = depth * std::sqrt(stiffness / mass);
-  return std::max(0.5 * def.damping * speed, 1e-12 * model.size);
+  return depth * std::sqrt(stiffness / mass);
+}
+
+// That speed, by what an impact of its size is damped.
+double settling_speed(const Model& model, int at) {
+  return std::max(0.5 * def_of(model, at).damping * speed_of_weight(model, at), 1e-12 * model.size);
 }
 
 double fastest(const Work& work) {
@@ -249,6 +253,16 @@ void begin_contacts(const Model& model, Work& work) {
     else if (before == ContactPhase::live) c.phase = live_phase(def, c);
     if (before == ContactPhase::live) begin_friction(model, work, at);
   }
+}
+
+bool all_settled(const Model& model, const Work& work) {
+  constexpr double slowly = 0.1;  // what presses changes by as much of the weight
+  for (size_t k = 0; k < work.signals.contacts.size(); ++k) {
+    const ContactWork& c = work.signals.contacts[k];
+    if (c.phase != ContactPhase::apart && c.force > 0.0 && std::abs(c.rate) > slowly * speed_of_weight(model, static_cast<int>(k)))
+      return false;
+  }
+  return true;
 }
 
 bool barely_slides(const Model& model, const Work& work, int contact) {

@@ -8,9 +8,10 @@
 // damped, near its critical damping.
 //
 // Friction: surfaces that stick are held by a spring and a damper in the plane of contact; beyond static_friction N they slide, against
-// friction N along the slide. The spring starts with what keeps the surfaces at rest (hold_contacts in events.h): one that started slack
-// would be loaded at once by what presses along the plane, overshoot to twice that and let go, again and again, where it is more than half
-// of what friction holds. So what rests stays where it is, and what rolls rolls.
+// friction N along the slide. The spring starts slack where they came to rest, but with what keeps them at rest where that is more than
+// half of what friction holds (hold_contacts in events.h): loaded at once it would overshoot to twice that and let go, again and again.
+// While something is struck it starts slack, as the forces of a blow are gone in a moment. So what rests stays where it is, and what rolls
+// rolls.
 #pragma once
 
 #include "sim/dynamics/kinematics.h"
@@ -46,6 +47,8 @@ void contact_roundings(const Model& model, const Work& work, std::vector<double>
 void begin_contacts(const Model& model, Work& work);
 double pass_contacts(const Model& model, Work& work, const std::vector<bool>& ended, std::vector<int>& resting,
                      std::vector<std::string>& changes);
+// Whether nothing that touches is struck or springs back, faster than a tenth of the speed of a vibration as deep as weight presses.
+bool all_settled(const Model& model, const Work& work);
 // Whether a contact slides so slowly that it counts as at rest.
 bool barely_slides(const Model& model, const Work& work, int contact);
 std::string contact_name(const Model& model, int contact);

@@ -71,6 +71,31 @@ VecX slides_at(System& s, double t, const VecX& y, const std::vector<HeldContact
   return out;
 }
 
+// Whether what presses the places together stays: what touches is accelerated against its partner, on the average of the forces (what
+// slides tilts as well), by no more than a fifth of what these would give the whole mechanism. (At the turning point of a bounce nothing
+// moves.)
+bool pressed_evenly(System& s, double t, const VecX& y) {
+  constexpr double beside = 1e-7, evenly = 0.2;
+  VecX free(y.size());
+  state_rate(s, t, y.data(), free.data());
+  const auto rates = [&](double step) {
+    const VecX at = y + step * free;
+    set_state(s, t + step, at.data(), false);
+    read_state(s);
+    VecX out(static_cast<Eigen::Index>(s.work.signals.contacts.size()));
+    for (size_t k = 0; k < s.work.signals.contacts.size(); ++k) out[static_cast<Eigen::Index>(k)] = s.work.signals.contacts[k].rate;
+    return out;
+  };
+  const VecX accelerations = (rates(beside) - rates(-beside)) / (2.0 * beside);
+  double presses = 0.0, gains = 0.0;
+  for (size_t k = 0; k < s.work.signals.contacts.size(); ++k) {
+    const ContactWork& c = s.work.signals.contacts[k];
+    if (c.phase == ContactPhase::apart || !(c.force > 0.0)) continue;
+    presses += c.force, gains += c.force * accelerations[static_cast<Eigen::Index>(k)];
+  }
+  return std::abs(gains) <= evenly * presses * presses / s.model.mass;
+}
+
 double largest_share(const VecX& shares) {
   double out = 0.0;
   for (Eigen::Index k = 0; k < shares.size(); k += 2) out = std::max(out, shares.segment<2>(k).norm());
@@ -138,6 +163,11 @@ double hold_contacts(System& s, double t, std::vector<int> resting, std::vector<
   const FrictionState friction = s.friction;
   set_state(s, t, y.data(), false);
   read_state(s);
+  if (!all_settled(s.model, s.work)) {
+    s.work = work;
+    s.friction = friction;
+    return 0.0;
+  }
   const auto alone = static_cast<std::ptrdiff_t>(resting.size());
   for (size_t k = 0; k < work.signals.contacts.size(); ++k)
     if (barely_slides(s.model, s.work, static_cast<int>(k))) resting.push_back(static_cast<int>(k));
@@ -148,15 +178,15 @@ double hold_contacts(System& s, double t, std::vector<int> resting, std::vector<
   const std::vector<HeldContact> places = held_contacts(s, resting);
   VecX share;
   try {
-    if (!places.empty()) share = holding_shares(s, t, slack, places);
+    if (!places.empty() && pressed_evenly(s, t, slack)) share = holding_shares(s, t, slack, places);
   } catch (const SimulationError&) {
     share.resize(0);  // no friction in a joint goes with these
   }
   s.work = work;
   s.friction = friction;
-  // Nothing pulls along the plane: differences leave some 1e-7.
-  constexpr double nothing = 1e-3, most = 0.999;
-  if (share.size() == 0 || !share.allFinite() || largest_share(share) < nothing) return 0.0;
+  // A spring that starts slack is loaded up to twice as far as what presses along the plane asks for: that holds up to half.
+  constexpr double slack_holds = 0.5, most = 0.999;
+  if (share.size() == 0 || !share.allFinite() || largest_share(share) <= slack_holds) return 0.0;
   const auto beside = resting.begin() + alone;
   double energy = 0.0;
   for (size_t k = 0; k < places.size(); ++k) {

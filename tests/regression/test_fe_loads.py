@@ -4,20 +4,11 @@ against closed forms of a rod that spins, is pushed, hangs and swings. Poisson's
 import re
 
 from program import *
+from rod_deck import rod_deck
 
 E, rho, length, wide, high = 2.1e11, 7850.0, 1.0, 0.1, 0.02
 nx = 40
-corners = [(length * i / nx, wide * (j - 0.5), high * (k - 0.5)) for i in range(nx + 1) for j in (0, 1) for k in (0, 1)]
-bricks = [[4 * i + n for n in (1, 5, 7, 3, 2, 6, 8, 4)] for i in range(nx)]
-last = 4 * nx
-deck = (
-    "*NODE, NSET=ALL\n"
-    + "".join("%d, %.9g, %.9g, %.9g\n" % (n + 1, *x) for n, x in enumerate(corners))
-    + "*ELEMENT, TYPE=C3D8I, ELSET=ROD\n"
-    + "".join("%d, %s\n" % (e + 1, ", ".join(map(str, b))) for e, b in enumerate(bricks))
-    + f"*NSET, NSET=ROOT\n1, 2, 3, 4\n*NSET, NSET=TIP\n{last + 1}, {last + 2}, {last + 3}, {last + 4}\n"
-    + f"*MATERIAL, NAME=STEEL\n*ELASTIC\n{E}, 0\n*DENSITY\n{rho}\n*SOLID SECTION, ELSET=ROD, MATERIAL=STEEL\n"
-)
+deck = rod_deck(E, rho, length, wide, high, nx)
 bending = ("--hold", "ROOT", "--method", "eigen", "--modes", 4)
 tipped = ("--hold", "ROOT", "--interface", "tip=rigid:TIP", "--modes", 4)
 free = ("--interface", "root=rigid:ROOT", "--modes", 6)

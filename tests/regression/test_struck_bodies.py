@@ -5,19 +5,10 @@ import json
 import math
 
 from program import *
+from rod_deck import rod_deck
 
 E, RHO, LENGTH, WIDE, HIGH, COUNT = 2.1e11, 7850.0, 1.0, 0.04, 0.03, 40
-corners = [(LENGTH * i / COUNT, WIDE * (j - 0.5), HIGH * (k - 0.5)) for i in range(COUNT + 1) for j in (0, 1) for k in (0, 1)]
-bricks = [[4 * i + n for n in (1, 5, 7, 3, 2, 6, 8, 4)] for i in range(COUNT)]
-last = 4 * COUNT
-deck = (
-    "*NODE, NSET=ALL\n"
-    + "".join("%d, %.9g, %.9g, %.9g\n" % (n + 1, *x) for n, x in enumerate(corners))
-    + "*ELEMENT, TYPE=C3D8I, ELSET=ROD\n"
-    + "".join("%d, %s\n" % (e + 1, ", ".join(map(str, b))) for e, b in enumerate(bricks))
-    + f"*NSET, NSET=ROOT\n1, 2, 3, 4\n*NSET, NSET=TIP\n{last + 1}, {last + 2}, {last + 3}, {last + 4}\n"
-    + f"*MATERIAL, NAME=STEEL\n*ELASTIC\n{E}, 0\n*DENSITY\n{RHO}\n*SOLID SECTION, ELSET=ROD, MATERIAL=STEEL\n"
-)
+deck = rod_deck(E, RHO, LENGTH, WIDE, HIGH, COUNT)
 FORCE = 1000.0
 speed = math.sqrt(E / RHO)
 passage = LENGTH / speed  # s, of a wave from one end to the other
