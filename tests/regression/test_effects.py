@@ -238,7 +238,8 @@ def hidden_by_time(folder):
 
 def stopped_rod(folder):
     """A rod runs along its axis against its joint's stop, k = EA/20L, asked for 1e-2: its stretching moves no output along the motion
-    without it, but takes up 2 % of the blow. The rate of its root while it is pressed is a sum over the modes of a rod with a spring at its end."""
+    without it, but takes up 2 % of the blow. The rate of its root while it is pressed is a sum over the modes of a rod with a spring at its
+    end."""
     length, diameter, modulus, density, speed, gap = 0.55, 0.03, 2.1e11, 7850.0, 2.6, 0.002
     area = math.pi * diameter**2 / 4
     k = modulus * area / (20 * length)
