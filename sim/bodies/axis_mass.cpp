@@ -80,6 +80,9 @@ void second_order(const Axis& mass, const Rows& b, const Values& b_root, AxisScr
     for (Eigen::Index p = 0; p < points; ++p) add(f.col(p).data(), -a[slope][p], b[slope].col(p).data(), n);
     if (mass.row[shear].size() > 0) add_pair(a, b, slope, shear, -1.0, f);
   }
+  // The fibres of a twisted section are helices.
+  if (mass.row[Axis::helix].size() > 0)
+    for (Eigen::Index p = 0; p < points; ++p) add(f.col(p).data(), -a[Axis::helix][p], b[Axis::helix].col(p).data(), n);
   add_integral(mass, f, work.sum, out.data());
 
   for (const int component : {1, 2}) {
@@ -198,6 +201,7 @@ void multiply_out(AxisMass& mass) {
 void reserve_axis_mass(const FlexibleBody& body, BodyTerms& out) {
   const Eigen::Index columns = shapes_of(body.axis).cols();
   out.axis.J = MatX::Zero(body.n, columns);
+  out.axis.J2q = MatX::Zero(body.n, 6);
   out.axis.scratch = std::make_shared<AxisScratch>();
   out.axis.scratch->second = MatX::Zero(1, columns);
   out.axis.scratch->bilinear = MatX::Zero(body.n, columns);
@@ -230,10 +234,15 @@ void update_axis_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out, b
   const auto Jx = J.leftCols(points), Jy = J.middleCols(points, points), Jz = J.rightCols(points);
   out.md = Vec3(m.dot(X), m.dot(Y), m.dot(Z));
   Vec6 I = mass.J0;
-  if (mass.J1.size() > 0) {
-    kept.turned.noalias() = mass.J1 * q;
-    I += kept.turned;
+  kept.turned.setZero();
+  if (mass.J1.size() > 0) kept.turned.noalias() = mass.J1 * q;
+  for (size_t a = 0; a < mass.J2.size(); ++a) {
+    if (mass.J2[a].size() == 0) continue;
+    const auto at = static_cast<Eigen::Index>(a);
+    kept.J2q.col(at).noalias() = mass.J2[a] * q;
+    kept.turned[at] += 0.5 * q.dot(kept.J2q.col(at));
   }
+  I += kept.turned;
   const double xx = X.squaredNorm(), yy = Y.squaredNorm(), zz = Z.squaredNorm();
   I += (Vec6() << yy + zz, xx + zz, xx + yy, -X.dot(Y), -X.dot(Z), -Y.dot(Z)).finished();
   const Mat3 S = skew(out.md);
@@ -256,6 +265,12 @@ void update_axis_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out, b
   out.Mre.row(3) = mass.Cr0.row(0) + (z.col(2) - y.col(3)).transpose();
   out.Mre.row(4) = mass.Cr0.row(1) + (x.col(3) - z.col(1)).transpose();
   out.Mre.row(5) = mass.Cr0.row(2) + (y.col(1) - x.col(2)).transpose();
+  for (int a = 0; a < 3; ++a) {
+    if (mass.Cr1[a].size() == 0) continue;
+    kept.q = q;
+    out.work.noalias() = mass.Cr1[a] * q;
+    out.Mre.row(3 + a) += out.work.transpose();
+  }
   if (!elastic || out.Mee.size() == 0) return;
   if (body.n >= 8) {
     add_square(mass.Me, J, out.Mee);
@@ -306,20 +321,33 @@ void update_axis_velocity_terms(const FlexibleBody& body, const Vec6& V, const V
   out.ce.noalias() = kept.J * work.acceleration;
 
   // The sections' inertia.
-  Vec6 I = mass.J0, Jdot = Vec6::Zero();
+  const Vec6 I = mass.J0 + kept.turned;
+  Vec6 Jdot = Vec6::Zero(), share;
+  share << 0.5 * w.x() * w.x(), 0.5 * w.y() * w.y(), 0.5 * w.z() * w.z(), w.x() * w.y(), w.x() * w.z(), w.y() * w.z();
   if (mass.J1.size() > 0) {
-    I += kept.turned;
     Jdot.noalias() = mass.J1 * qd;
-    Vec6 share;
-    share << 0.5 * w.x() * w.x(), 0.5 * w.y() * w.y(), 0.5 * w.z() * w.z(), w.x() * w.y(), w.x() * w.z(), w.y() * w.z();
     out.ce.noalias() -= mass.J1.transpose() * share;
+  }
+  for (size_t a = 0; a < mass.J2.size(); ++a) {
+    if (mass.J2[a].size() == 0) continue;
+    const auto at = static_cast<Eigen::Index>(a);
+    Jdot[at] += kept.J2q.col(at).dot(qd);
+    out.ce.noalias() -= share[at] * kept.J2q.col(at);
   }
   const auto times = [&](const Vec6& t) {
     return Vec3(t[0] * w[0] + t[3] * w[1] + t[4] * w[2], t[3] * w[0] + t[1] * w[1] + t[5] * w[2], t[4] * w[0] + t[5] * w[1] + t[2] * w[2]);
   };
-  const Vec3 spin = times(I) + mass.Cr0 * qd;
+  Vec3 spin = times(I) + mass.Cr0 * qd, growing = times(Jdot);
+  for (int a = 0; a < 3; ++a) {
+    if (mass.Cr1[a].size() == 0) continue;
+    out.work.noalias() = mass.Cr1[a] * qd;
+    out.work2.noalias() = mass.Cr1[a].transpose() * qd;
+    growing[a] += qd.dot(out.work);
+    spin[a] += kept.q.dot(out.work2);
+    out.ce.noalias() += w[a] * (out.work - out.work2);
+  }
   out.cr.head<3>() = force;
-  out.cr.tail<3>() = moment + w.cross(spin) + times(Jdot);
+  out.cr.tail<3>() = moment + w.cross(spin) + growing;
 }
 
 VecX elastic_inertia(const FlexibleBody& body, const BodyTerms& terms, const VecX& qdd) {
@@ -341,6 +369,10 @@ AxisMass in_coordinates(const AxisMass& mass, const MatX& T) {
     if (mass.root[i].size() > 0) out.root[i] = T.transpose() * mass.root[i];
   }
   if (mass.J1.size() > 0) out.J1 = mass.J1 * T;
+  for (size_t a = 0; a < mass.J2.size(); ++a)
+    if (mass.J2[a].size() > 0) out.J2[a] = T.transpose() * mass.J2[a] * T;
+  for (size_t a = 0; a < mass.Cr1.size(); ++a)
+    if (mass.Cr1[a].size() > 0) out.Cr1[a] = T.transpose() * mass.Cr1[a] * T;
   out.Cr0 = mass.Cr0 * T;
   out.Me = T.transpose() * mass.Me * T;
   return out;
@@ -350,6 +382,8 @@ bool same_axis_mass(const AxisMass& a, const AxisMass& b) {
   bool same = !a.series == !b.series && a.per_panel == b.per_panel && a.panel == b.panel && same_values(a.root_mass, b.root_mass) &&
               same_values(a.x, b.x) && same_values(a.phi, b.phi) && same_values(a.once, b.once) && same_values(a.twice, b.twice) &&
               a.J0 == b.J0 && same_values(a.J1, b.J1) && same_values(a.Cr0, b.Cr0) && same_values(a.Me, b.Me);
+  for (size_t i = 0; i < a.J2.size(); ++i) same = same && same_values(a.J2[i], b.J2[i]);
+  for (size_t i = 0; i < a.Cr1.size(); ++i) same = same && same_values(a.Cr1[i], b.Cr1[i]);
   for (size_t i = 0; i < Axis::fields; ++i) same = same && same_values(a.row[i], b.row[i]) && same_values(a.root[i], b.root[i]);
   return same;
 }

@@ -171,6 +171,25 @@ Integrals::Integrals(int n) : md1(Mat3X::Zero(3, n)), J1(Mat6X::Zero(6, n)), Cr0
 
 namespace {
 
+Mat3 section_tensor(const Properties& p) {
+  Mat3 out;
+  out << p.inertia_y + p.inertia_z, 0.0, 0.0, 0.0, p.inertia_y, -p.inertia_yz, 0.0, -p.inertia_yz, p.inertia_z;
+  return out;
+}
+
+// Of a tensor S that exp(theta) turns, to second order (theta^2 S + S theta^2) / 2 - theta S theta: the derivative by turns about two axes.
+std::array<double, 6> tilted_tensor(const Mat3& S, const Vec3& about_a, const Vec3& about_b) {
+  const Mat3 A = skew(about_a), B = skew(about_b), both = A * B + B * A;
+  const Mat3 d = 0.5 * (both * S + S * both) - A * S * B - B * S * A;
+  return {d(0, 0), d(1, 1), d(2, 2), d(0, 1), d(0, 2), d(1, 2)};
+}
+
+// Angular momentum of a section of the tensor S, tilted about a, whose tilt about b grows: per angle and rate.
+Vec3 tilted_momentum(const Mat3& S, const Vec3& about_a, const Vec3& about_b) {
+  const Mat3 A = skew(about_a);
+  return (A * S - S * A) * about_b + 0.5 * S * (A * about_b);
+}
+
 // x, weight: m, a number or one a station.
 template <class Rows, class Number>
 void add_stations_of(Integrals& sum, const Properties& p, const BeamEffects& effects, const Rows& r, const Number& x,
@@ -230,7 +249,7 @@ void add_stations_of(Integrals& sum, const Properties& p, const BeamEffects& eff
     sum.Cr1[1] -= c[2];
     sum.Cr1[2] += c[1];
     // A twisted section's own moments of inertia: what turns about y or z has it lie in the plane of rotation (propeller moment).
-    if (to) {
+    if (to && !effects.shear) {
       const Number turned = 2.0 * (p.inertia_z - p.inertia_y) * weight, back = -turned;
       add_square(sum.J2[1], r.theta, turned);
       add_square(sum.J2[2], r.theta, back);
@@ -247,8 +266,7 @@ void add_stations_of(Integrals& sum, const Properties& p, const BeamEffects& eff
     add_row(sum.Cr0.row(1), r.phi_z, -iyz * weight);
     add_row(sum.Cr0.row(2), r.phi_z, iz * weight);
     add_row(sum.Cr0.row(2), r.s, iyz * weight);
-    Mat3 section;
-    section << iy + iz, 0.0, 0.0, 0.0, iy, -iyz, 0.0, -iyz, iz;
+    const Mat3 section = section_tensor(p);
     const auto turned = [&](const auto& angle, const Vec3& axis) {
       const Mat3 turn = skew(axis), d = turn * section - section * turn;
       const std::array<double, 6> each = {d(0, 0), d(1, 1), d(2, 2), d(0, 1), d(0, 2), d(1, 2)};
@@ -258,6 +276,28 @@ void add_stations_of(Integrals& sum, const Properties& p, const BeamEffects& eff
     turned(r.theta, Vec3::UnitX());
     turned(r.s, -Vec3::UnitY());
     turned(r.phi_z, Vec3::UnitZ());
+    // And to second order: what a shaft that spins about its own axis has of its sections' spin.
+    const auto tilted = [&](const auto& a, const Vec3& about_a, const auto& b, const Vec3& about_b, bool same) {
+      const std::array<double, 6> each = tilted_tensor(section, about_a, about_b);
+      for (size_t k = 0; k < 6; ++k) {
+        if (each[k] == 0.0) continue;
+        if (same) add_square(sum.J2[k], a, each[k] * weight);
+        else add_symmetric(sum.J2[k], a, b, each[k] * weight);
+      }
+      const Vec3 ab = tilted_momentum(section, about_a, about_b), ba = tilted_momentum(section, about_b, about_a);
+      for (size_t k = 0; k < 3; ++k) {
+        const double even = same ? ab[k] : 0.5 * (ab[k] + ba[k]), odd = 0.5 * (ba[k] - ab[k]);
+        if (even != 0.0 && same) add_square(sum.Cr1[k], a, even * weight);
+        else if (even != 0.0) add_symmetric(sum.Cr1[k], a, b, even * weight);
+        if (odd != 0.0 && !same) add_cross(sum.Cr1[k], a, b, odd * weight);
+      }
+    };
+    if (xy) tilted(r.phi_z, Vec3::UnitZ(), r.phi_z, Vec3::UnitZ(), true);
+    if (xz) tilted(r.s, -Vec3::UnitY(), r.s, -Vec3::UnitY(), true);
+    if (xy && xz) tilted(r.s, -Vec3::UnitY(), r.phi_z, Vec3::UnitZ(), false);
+    if (to) tilted(r.theta, Vec3::UnitX(), r.theta, Vec3::UnitX(), true);
+    if (to && xy) tilted(r.theta, Vec3::UnitX(), r.phi_z, Vec3::UnitZ(), false);
+    if (to && xz) tilted(r.theta, Vec3::UnitX(), r.s, -Vec3::UnitY(), false);
   }
 }
 
@@ -425,6 +465,7 @@ void set_axis_mass(FlexibleBody& body, const Properties& p, const BeamEffects& e
     set(AxisMass::stretch, r.du), set(AxisMass::slope_y, r.phi_z), set(AxisMass::slope_z, r.s), set(AxisMass::bend_y, r.dphi_z);
     set(AxisMass::bend_z, r.ds), set(AxisMass::twist, r.theta);
   };
+  const double gyration = std::sqrt(p.gyration2);
   for (int e = 0; e < panels; ++e)
     for (std::size_t g = 0; g < gauss.x.size(); ++g) {
       const Eigen::Index at = e * k + static_cast<Eigen::Index>(g);
@@ -433,6 +474,7 @@ void set_axis_mass(FlexibleBody& body, const Properties& p, const BeamEffects& e
       const FieldRows r = particles.rows(e, gauss.x[g]);
       u.col(at) = out.root_mass[at] * r.u, v.col(at) = out.root_mass[at] * r.v, w.col(at) = out.root_mass[at] * r.w;
       spread(r, [&](int field, const VecX& row) { full[field].col(at) = row; });
+      full[AxisMass::helix].col(at) = gyration * r.dtheta;
       if (effects.shear) full[AxisMass::shear_y].col(at) = r.dv - r.phi_z, full[AxisMass::shear_z].col(at) = r.dw - r.s;
     }
   out.phi.resize(n, 3 * count);
@@ -453,12 +495,41 @@ void set_axis_mass(FlexibleBody& body, const Properties& p, const BeamEffects& e
   out.Cr0.row(1) += (out.phi.rightCols(count) * c).transpose();
   out.Cr0.row(2) -= (out.phi.middleCols(count, count) * c).transpose();
   out.Me = body.Me - out.phi * out.phi.transpose();
+  const VecX weight = out.root_mass.cwiseAbs2() / p.mass;
+  const MatX& twist = out.row[AxisMass::twist];
+  if (!effects.shear && twist.size() > 0) {
+    out.J2[1] = (2.0 * (p.inertia_z - p.inertia_y)) * (twist * weight.asDiagonal() * twist.transpose());
+    out.J2[2] = -out.J2[1];
+  }
   if (effects.shear) {
     out.J1 = body.J1;
     const VecX cx = 2.0 * (out.phi.leftCols(count) * c);
     out.J1.row(1) -= cx.transpose(), out.J1.row(2) -= cx.transpose();
     out.J1.row(3) += (out.phi.middleCols(count, count) * c).transpose();
     out.J1.row(4) += (out.phi.rightCols(count) * c).transpose();
+    const Mat3 section = section_tensor(p);
+    const auto tilted = [&](const MatX& a, const Vec3& about_a, const MatX& b, const Vec3& about_b) {
+      if (a.size() == 0 || b.size() == 0) return;
+      const bool same = &a == &b;
+      const MatX product = a * weight.asDiagonal() * b.transpose();
+      const auto add = [&](MatX& to, double one, double other) {
+        if (one == 0.0 && other == 0.0) return;
+        if (to.size() == 0) to = MatX::Zero(n, n);
+        to += one * product;
+        if (!same) to += other * product.transpose();
+      };
+      const std::array<double, 6> each = tilted_tensor(section, about_a, about_b);
+      for (size_t i = 0; i < each.size(); ++i) add(out.J2[i], each[i], each[i]);
+      const Vec3 ab = tilted_momentum(section, about_a, about_b), ba = tilted_momentum(section, about_b, about_a);
+      for (size_t i = 0; i < 3; ++i) add(out.Cr1[i], ba[static_cast<Eigen::Index>(i)], ab[static_cast<Eigen::Index>(i)]);
+    };
+    const MatX &in_xy = out.row[AxisMass::slope_y], &in_xz = out.row[AxisMass::slope_z];
+    tilted(in_xy, Vec3::UnitZ(), in_xy, Vec3::UnitZ());
+    tilted(in_xz, -Vec3::UnitY(), in_xz, -Vec3::UnitY());
+    tilted(in_xz, -Vec3::UnitY(), in_xy, Vec3::UnitZ());
+    tilted(twist, Vec3::UnitX(), twist, Vec3::UnitX());
+    tilted(twist, Vec3::UnitX(), in_xy, Vec3::UnitZ());
+    tilted(twist, Vec3::UnitX(), in_xz, -Vec3::UnitY());
   }
 }
 
@@ -547,6 +618,8 @@ void set_rod_axis(FlexibleBody& body, const Properties& p, const BeamEffects& ef
     const VecX cx = 2.0 * (out.phi_x.transpose() * c);
     out.J1.row(1) -= cx.transpose(), out.J1.row(2) -= cx.transpose();
     out.J1.row(y ? 3 : 4) += (out.phi_v.transpose() * c).transpose();
+    out.tilt = ((y ? p.inertia_z : p.inertia_y) / p.mass) * out.root_mass.cwiseAbs2();
+    out.J1.row(y ? 3 : 4) -= (out.turn.transpose() * out.tilt).transpose();
   }
   body.rod = std::move(made);
 }

@@ -28,7 +28,9 @@ struct AxisScratch {                            // read by no one after the func
 struct AxisTerms {  // kept from update_mass for update_velocity_terms
   MatX J;           // n x 3 points (of an AxisSeries: dimensions): phi + d u2/d q
   VecX place;
-  Vec6 turned = Vec6::Zero();  // J1 q of the sections
+  Vec6 turned = Vec6::Zero();  // J1 q + q^T J2 q / 2 of the sections
+  MatX J2q;                    // n x 6, of the sections
+  VecX q;                      // where they have Cr1
   std::shared_ptr<AxisScratch> scratch;
 };
 

@@ -51,11 +51,12 @@ struct AxisSeries {
   MatX second;            // 3 n d x n: column k is the derivative of d u2/d q (n x 3 d, times root_mass) by q_k
 };
 struct AxisMass {
-  enum Field { stretch, slope_y, slope_z, bend_y, bend_z, twist, shear_y, shear_z, fields };
+  enum Field { stretch, slope_y, slope_z, bend_y, bend_z, twist, helix, shear_y, shear_z, fields };
   VecX root_mass;                 // square root of each particle's mass, kg^1/2; empty: the body has no such form
   VecX x;                         // undeformed place along x, m
   MatX phi;                       // n x 3 points, displacement times root_mass: all of x, of y, of z
-  std::array<MatX, fields> row;   // n x points each or empty: u', section's slope in xy and in xz, their derivatives, theta, shear angles
+  std::array<MatX, fields> row;   // n x points each or empty: u', section's slope in xy and in xz, their derivatives, theta, theta' times
+                                  // the section's radius of gyration, shear angles
   std::array<VecX, fields> root;  // twist and slopes of the section x = 0 where it turns, else empty
   int per_panel = 0;              // points lie panel by panel from the root
   double panel = 0.0;             // length of one, m
@@ -63,6 +64,8 @@ struct AxisMass {
                                   // and to its end, and to those of the integral, m and m^2
   Vec6 J0 = Vec6::Zero();         // inertia of the sections about their centres and what the particles lack of the body's constants
   Mat6X J1;                       // 6 x n or empty
+  std::array<MatX, 6> J2;         // n x n symmetric each or empty: what turned sections have of the second order
+  std::array<MatX, 3> Cr1;        // n x n each or empty: the same of their angular momentum
   Mat3X Cr0;                      // 3 x n
   MatX Me;                        // n x n
   std::shared_ptr<const AxisSeries> series;  // null: integrated anew for every state
@@ -80,6 +83,7 @@ struct RodAxis {
   MatX turn;            // points x n: theta
   MatX stretch, shear;  // points x n each or empty: u', gamma
   MatX along;           // points x points: values at the points to their integrals from the root to each particle, times root_mass
+  VecX tilt;            // empty, or what each point has of rho (I about x - I across), kg m^2: the sections' tensor turns with theta
   // Inertia of the sections about their centres and what the particles lack of the body's constants, as in AxisMass.
   Vec6 J0 = Vec6::Zero();
   Mat6X J1;

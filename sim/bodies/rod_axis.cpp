@@ -179,6 +179,43 @@ Mat3 tensor(const Vec6& I) {
   return out;
 }
 
+// What the tensor of the sections, turned by theta, has beyond theta = 0, in the rod's axes: xx, x across, and their derivatives by q.
+struct Tilted {
+  double square = 0.0, product = 0.0;  // of xx, less of across across; of x across
+  VecX d_square, d_product;
+};
+Tilted tilted(const RodAxis& rod, const RodState& s) {
+  Tilted out;
+  const VecX sine = s.sine + s.theta, cosine = s.versed.array() + 1.0;
+  const VecX squares = sine.cwiseAbs2(), products = sine.cwiseProduct(cosine);
+  out.square = rod.tilt.dot(squares);
+  out.product = rod.tilt.dot(products);
+  out.d_square = rod.turn.transpose() * (2.0 * rod.tilt.cwiseProduct(products));
+  out.d_product = rod.turn.transpose() * rod.tilt.cwiseProduct(VecX(1.0 - 2.0 * squares.array()));
+  return out;
+}
+
+// The inertia of the sections, and its derivative by q.
+Vec6 section_inertia(const RodAxis& rod, const VecX& q, const RodState& s) {
+  Vec6 I = rod.J0;
+  if (rod.J1.size() > 0) I += rod.J1 * q;
+  if (rod.tilt.size() > 0) {
+    const Tilted t = tilted(rod, s);
+    I[0] -= t.square, I[rod.towards] += t.square, I[rod.towards + 2] += t.product;
+  }
+  return I;
+}
+Mat6X section_inertia_change(const RodAxis& rod, const RodState& s) {
+  Mat6X out = rod.J1;
+  if (rod.tilt.size() > 0) {
+    const Tilted t = tilted(rod, s);
+    out.row(0) -= t.d_square.transpose();
+    out.row(rod.towards) += t.d_square.transpose();
+    out.row(rod.towards + 2) += t.d_product.transpose();
+  }
+  return out;
+}
+
 }  // namespace
 
 void update_rod_fields(const RodAxis& rod, const VecX& q, RodState& s) {
@@ -290,8 +327,7 @@ void update_rod_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out, bo
   const double xx = dot(s.X, s.X), yy = dot(s.Y, s.Y), xy = dot(s.X, s.Y);
   Mat3 I;
   I << yy, -xy, 0.0, -xy, xx, 0.0, 0.0, 0.0, xx + yy;
-  I = (R * I * R.transpose() + tensor(rod.J0)).eval();
-  if (rod.J1.size() > 0) I += tensor(rod.J1 * q);
+  I = (R * I * R.transpose() + tensor(section_inertia(rod, q, s))).eval();
   const Mat3 S = skew(out.md);
   out.Mrr.topLeftCorner<3, 3>() = body.mass * Mat3::Identity();
   out.Mrr.topRightCorner<3, 3>() = -S;
@@ -365,14 +401,15 @@ void update_rod_velocity_terms(const FlexibleBody& body, const Vec6& V, const Ve
   columns(s.JX, s.acc_x.data(), s.JY, s.acc_y.data(), out.ce.data());
   // The sections' inertia.
   const Vec3 turn = V.tail<3>();
-  Mat3 I = tensor(rod.J0), rate = Mat3::Zero();
+  const Mat3 I = tensor(section_inertia(rod, s.q, s));
+  Mat3 rate = Mat3::Zero();
   if (rod.J1.size() > 0) {
-    I += tensor(rod.J1 * s.q);
-    rate = tensor(rod.J1 * qd);
+    const Mat6X change = section_inertia_change(rod, s);
+    rate = tensor(change * qd);
     Vec6 share;
     share << 0.5 * turn.x() * turn.x(), 0.5 * turn.y() * turn.y(), 0.5 * turn.z() * turn.z(), turn.x() * turn.y(), turn.x() * turn.z(),
         turn.y() * turn.z();
-    out.ce.noalias() -= rod.J1.transpose() * share;
+    out.ce.noalias() -= change.transpose() * share;
   }
   const Vec3 spin = I * turn + rod.Cr0 * qd;
   out.cr.head<3>() = R * force;
@@ -401,7 +438,7 @@ bool same_rod(const std::shared_ptr<const RodAxis>& a, const std::shared_ptr<con
   if (!a || !b || a == b) return a == b;
   return a->towards == b->towards && same_values(a->x, b->x) && same_values(a->root_mass, b->root_mass) &&
          same_values(a->phi_x, b->phi_x) && same_values(a->phi_v, b->phi_v) && same_values(a->turn, b->turn) &&
-         same_values(a->stretch, b->stretch) && same_values(a->shear, b->shear) && same_values(a->along, b->along) && a->J0 == b->J0 &&
+         same_values(a->stretch, b->stretch) && same_values(a->shear, b->shear) && same_values(a->along, b->along) && same_values(a->tilt, b->tilt) && a->J0 == b->J0 &&
          same_values(a->J1, b->J1) && same_values(a->Cr0, b->Cr0) && same_values(a->Me, b->Me);
 }
 

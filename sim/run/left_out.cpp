@@ -324,6 +324,7 @@ LeftOut::Moved LeftOut::strained(const System& system, Item& item) const {
     if (std::find(item.bodies.begin(), item.bodies.end(), beam.body) == item.bodies.end()) continue;
     if (second_order) strains_of_second_order(system, beam, item, at);
     else strains_of_first_order(beam.body, {beam.left, beam.right}, item, at);
+    if (item.effect == "shear") twist_of_turning(system, beam, item, at);
     std::vector<Vec6>& moved = out[b];
     moved.assign(beam.x.size(), Vec6::Zero());
     for (size_t k = 0; k + 1 < beam.x.size(); ++k) {
@@ -351,6 +352,12 @@ LeftOut::Moved LeftOut::strained(const System& system, Item& item) const {
   return out;
 }
 
+void LeftOut::set_offset(int frame, const Pose& offset) {
+  FramePoint& f = model_.frames[frame];
+  f.offset = offset;
+  if (f.node >= 0) work_.frames[frame].rest_axes = (model_.parts[f.part].body.nodes[f.node].rotation * offset.R).transpose();
+}
+
 void LeftOut::displace_frames(const Moved& moved) {
   for (size_t f = 0; f < model_.frames.size(); ++f) {
     const auto [b, k] = sections_.at(static_cast<int>(f));
@@ -359,7 +366,7 @@ void LeftOut::displace_frames(const Moved& moved) {
     const Pose node = compose(pose_[f], inverse(offset_[f]));
     const Mat3 turn = rotation_exp(d.tail<3>());
     const Pose now{turn * pose_[f].R, node.p + d.head<3>() + turn * (pose_[f].p - node.p)};
-    model_.frames[f].offset = compose(inverse(node), now);
+    set_offset(static_cast<int>(f), compose(inverse(node), now));
     work_.frames[f].pose = now;
   }
 }
@@ -367,7 +374,7 @@ void LeftOut::displace_frames(const Moved& moved) {
 void LeftOut::restore_frames() {
   for (size_t f = 0; f < model_.frames.size(); ++f) {
     if (sections_.at(static_cast<int>(f))[0] < 0) continue;
-    model_.frames[f].offset = offset_[f];
+    set_offset(static_cast<int>(f), offset_[f]);
     if (!work_.frames[f].flexible) work_.frames[f].pose = pose_[f];
   }
 }
@@ -606,7 +613,7 @@ LeftOut::Drift LeftOut::drift(const Item& item, const Results& results, Unseen& 
   size_t top = 0;
   const bool second_order = item.effect == "stiffening" || item.effect == "gyroscopic";
   for (size_t k = 0; k < strain_.size(); ++k) {
-    left_out += second_order ? item.slowing[k] : item.energy[k];
+    left_out += item.slowing[k] + (second_order ? 0.0 : item.energy[k]);
     stored += strain_[k];
     mean += item.pull[k], squares += item.pull[k] * item.pull[k];
     if (strain_[k] > strain_[top]) top = k;

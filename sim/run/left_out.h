@@ -101,6 +101,7 @@ class LeftOut {
   static double energy_between(const Strained& left, const Strained& right, double dx);
   void strains_of_first_order(int body, const BothEnds& forces, const Item& item, std::vector<Strained>& out) const;
   void strains_of_second_order(const System& system, const CutBeam& beam, Item& item, std::vector<Strained>& out) const;
+  void set_offset(int frame, const Pose& offset);
   void displace_frames(const Moved& moved);
   void restore_frames();
   double moved_mass(const System& system, const Item* item, const Moved& moved) const;
@@ -110,6 +111,8 @@ class LeftOut {
   void follow_deformation(const System& system);
   void look_at_vibrations(System& system, double t, const VecX& y, const VecX& rest);
   void follow_turning(const System& system, Item& item) const;
+  // Adds to the strains of a beam that twists what its sections' tensor, turned by the twist, does where it turns about y and z.
+  void twist_of_turning(const System& system, const CutBeam& beam, Item& item, std::vector<Strained>& out) const;
   // Share of an output that the sections' rotary inertia moves, as the mechanism turns with its beams.
   double turned_share(const Item& item, const Results& results) const;
   double taken_of_blows(const Item& item) const;

@@ -22,6 +22,33 @@ void LeftOut::follow_turning(const System& system, Item& item) const {
   item.turning.push_back(energy);
 }
 
+// The moment on a section's twist (propeller moment) is d/dtheta of w^T S(theta) w / 2, of which a beam without shear has what is linear in
+// theta only (beam_terms.cpp): all of it where its frame stays at its root, a part of it where the frame turns with the twist.
+void LeftOut::twist_of_turning(const System& system, const CutBeam& beam, Item& item, std::vector<Strained>& out) const {
+  const BeamDef& def = std::get<BeamDef>(scene_.bodies[beam.body].kind);
+  const std::string& name = scene_.bodies[beam.body].name;
+  const auto twists = [&](const EffectState& s) { return s.on && s.owner == name && s.effect == "torsion"; };
+  if (std::none_of(model_.effects.begin(), model_.effects.end(), twists)) return;
+  const Vec3 moments = def.material.density * mass_moments(def.section);
+  const Vec3 w = system.work.parts[beam.part].V.tail<3>();
+  const double stiffness = 0.5 * def.material.youngs_modulus / (1.0 + def.material.poisson) * def.section.j;
+  if (moments[0] == moments[1] || w.tail<2>().isZero(0.0)) return;
+  const auto lacks = [&](size_t k) {
+    const double theta = beam.turn(k, 0).x(), c = std::cos(theta), s = std::sin(theta);
+    const double whole = (w.y() * c + w.z() * s) * (w.z() * c - w.y() * s);
+    return (moments[0] - moments[1]) * (whole - (w.z() * w.z() - w.y() * w.y()) * theta);
+  };
+  double torque = 0.0, potential = 0.0;
+  for (size_t k = beam.x.size() - 1; k > 0; --k) {
+    const double dx = beam.x[k] - beam.x[k - 1], left = lacks(k - 1), right = lacks(k);
+    out[2 * k - 1].force[3] = torque, out[2 * k - 1].strain[3] = torque / stiffness;
+    torque += 0.5 * dx * (left + right);
+    out[2 * k - 2].force[3] = torque, out[2 * k - 2].strain[3] = torque / stiffness;
+    potential += 0.25 * dx * (left * beam.turn(k - 1, 0).x() + right * beam.turn(k, 0).x());
+  }
+  item.slowing.back() += std::abs(potential);
+}
+
 namespace {
 
 // How many times a body's rates of turning about y and z go through their range, at most; 0: it turns evenly, for which inertia is nothing.

@@ -164,43 +164,6 @@ double radians_by_rates(const VecX& history) {
   return size > 0.0 ? steps / size * static_cast<double>(history.size() - 1) : 0.0;
 }
 
-// What a beam that spins about its own axis lacks of its sections' inertia, relative to the frequency of its whirl: tilted by theta they
-// take the spin Omega with them, an energy of 1/2 Omega^2 rho int I theta^2 dx, of second order in what the body deforms by and left out of
-// its mass; here over twice its strain energy int E I theta'^2 dx (shaft at 4200 rad/s whose forward whirl is 1.0e-3 too slow). Volumes
-// have it, as their frames tilt.
-struct Spin {
-  double lacks = 0.0, fastest = 0.0;  // rad/s
-};
-Spin spin_of(const BeamDef& beam, const ResultBody& body, const VecX& times) {
-  const std::vector<Eigen::Index> nodes = nodes_along(body);
-  const auto n = static_cast<Eigen::Index>(nodes.size()), rows = body.rotation.rows();
-  Spin out;
-  if (n < 3 || rows < 3 || body.orientation.rows() != rows) return out;
-  const double iy = beam.section.iy, iz = beam.section.iz;
-  double spun = 0.0, strain = 0.0;
-  for (Eigen::Index row = 1; row < rows; ++row) {
-    const auto orientation = [&](Eigen::Index at) {
-      const Eigen::Vector4d q = body.orientation.row(at).transpose();
-      return Eigen::Quaterniond(q[0], q[1], q[2], q[3]);
-    };
-    const Eigen::Quaterniond turn = orientation(row - 1).conjugate() * orientation(row);
-    const double step = times[row] - times[row - 1], rate = step > 0.0 ? 2.0 * std::atan2(turn.x(), std::abs(turn.w())) / step : 0.0;
-    out.fastest = std::max(out.fastest, std::abs(rate));
-    for (Eigen::Index k = 1; k < n; ++k) {
-      const auto node = static_cast<size_t>(k);
-      const Eigen::RowVector2d before = body.rotation.block<1, 2>(row, 3 * nodes[node - 1] + 1);
-      const Eigen::RowVector2d here = body.rotation.block<1, 2>(row, 3 * nodes[node] + 1);
-      const double dx =
-          body.nodes[static_cast<size_t>(nodes[node])].origin.x() - body.nodes[static_cast<size_t>(nodes[node - 1])].origin.x();
-      const Eigen::RowVector2d mean = 0.5 * (before + here), bend = (here - before) / dx;
-      spun += rate * rate * dx * (iy * mean[0] * mean[0] + iz * mean[1] * mean[1]);
-      strain += dx * (iy * bend[0] * bend[0] + iz * bend[1] * bend[1]);
-    }
-  }
-  if (strain > 0.0) out.lacks = 0.5 * beam.material.density / beam.material.youngs_modulus * spun / strain;
-  return out;
-}
-
 }  // namespace
 
 // An evaluation of a rod takes as many products as the cube of its coordinates, several for each: beyond this volumes are the better way.
@@ -249,15 +212,6 @@ std::vector<LinearLimit> linear_limits(const Scene& scene, const Model& model, c
       const double swung = radians_swung(turn);
       limit.swung = swung;
       limit.phase = growth.frequency * fourths / squares * swung;
-      // Longer than that a whirl keeps no phase, damped by two per cent and carried along by what is out of balance.
-      constexpr double kept = 50.0;
-      const bool thick = std::any_of(model.effects.begin(), model.effects.end(),
-                                     [&](const EffectState& s) { return s.body == limit.body && s.on && s.effect == "shear"; });
-      if (beam && pieces == 1 && thick && !beam->axis && beam->stations.empty()) {
-        const Spin spin = spin_of(*beam, body, results.times);
-        const double phase = spin.lacks * std::min(swung, kept);
-        if (phase > limit.phase) limit.phase = phase, limit.spun = spin.fastest;
-      }
       if (beam && pieces == 1 && growth.second_order && !rod && swung > 0.0)
         limit.phase = std::max(limit.phase, frequency_error(scene, *beam, body, results.times) * std::max(swung, radians_by_rates(turn)));
     }
@@ -269,7 +223,6 @@ std::vector<LinearLimit> linear_limits(const Scene& scene, const Model& model, c
 std::string far_words(const LinearLimit& limit, const char* frame, bool when) {
   constexpr double near_buckling = 0.5;  // errors at rest count twice
   std::string out = fmt::format("bends by up to {:.2g} degrees within {}", limit.turn * 180.0 / std::numbers::pi, frame);
-  if (limit.spun > 0.0 && 0.5 * limit.phase > limit.at_rest) out += fmt::format(", spinning at up to {:.3g} rad/s", limit.spun);
   if (limit.pressed > near_buckling) out += fmt::format(", pressed by {:.2g} of what buckles it", limit.pressed);
   if (limit.lacks_stretched() > 0.5 * limit.error())
     out += fmt::format(", strained along its axis by up to {:.2g} %", 100.0 * limit.stretched);

@@ -33,7 +33,6 @@ struct LinearLimit {
   // What the loads along a beam do (pressed_beams.h): the largest share of buckling, which is counted in already; the largest strain along
   // its axis, and the share of its stiffness that one frame lacks by it.
   double pressed = 0.0, stretched = 0.0, stretching = 0.0;
-  double spun = 0.0;  // rad/s, spin about its own axis where what tilted sections have of that is most of the error; else 0
   double seen = 1.0;  // what outputs see of it, whose sizes are those of whole pictures (outputs_over_sizes)
   // Error of what the body's deflection decides, relative to that, and what counts of it beside an asked accuracy.
   double error() const { return at_rest + 0.5 * phase + lacks_stretched(); }

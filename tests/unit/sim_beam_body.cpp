@@ -177,11 +177,16 @@ TEST(BeamBody, InertiaTermsAreThoseOfTheParticles) {
         if (maker.shear) j1 += p.length[i] * (skew(psi) * section - section * skew(psi));
         j2 += 2.0 * dm * inertia(u1) + dm * (inertia(c + u2) - inertia(c - u2)) / 2.0;
         // The section turned by its twist, to second order (propeller moment).
-        const double turned = 2.0 * rho * (def.section.iz - def.section.iy) * psi.x() * psi.x() * p.length[i];
+        const double turned = maker.shear ? 0.0 : 2.0 * rho * (def.section.iz - def.section.iy) * psi.x() * psi.x() * p.length[i];
         j2(1, 1) += turned;
         j2(2, 2) -= turned;
         cr0 += dm * c.cross(rate) + p.length[i] * section * spin;
         cr1 += dm * (u1.cross(rate) + c.cross(rate2));
+        if (maker.shear) {
+          const Mat3 A = skew(psi);
+          j2 += p.length[i] * (A * A * section + section * A * A - 2.0 * A * section * A);
+          cr1 += p.length[i] * ((A * section - section * A) * spin + 0.5 * section * psi.cross(spin));
+        }
         energy += dm * rate.squaredNorm() + p.length[i] * spin.dot(section * spin);
       }
       const auto q2 = [&](const auto& blocks) {
@@ -246,6 +251,43 @@ TEST(BeamBody, KineticEnergyNeglectsTermsOfThirdOrderOnly) {
       EXPECT_NEAR(errors[1] / errors[2], 8.0, 1.0) << maker.name << " boundary " << static_cast<int>(boundary);
     }
   }
+}
+
+TEST(BeamBody, SectionsOfShearBeamsTurnWithTheirTensor) {
+  // What their rotation has of the kinetic energy: blocks with and without rotary inertia. S: tensor per length, exp(theta) turns it.
+  BeamEffects effects = kAll;
+  effects.shear = true;
+  BeamDef def = general_beam(Boundary::clamped_free), thin = def;
+  thin.section.size = {{"rotary_iy", 1e-30}, {"rotary_iz", 1e-30}};
+  const Maker& maker = kMakers[2];
+  const Particles p = particles(maker, def, effects);
+  const FlexibleBody thick = p.body, bare = maker.make(thin, effects);
+  const double rho = def.material.density, iy = rho * def.section.iy, iz = rho * def.section.iz, iyz = rho * def.section.iyz;
+  Mat3 S;
+  S << iy + iz, 0.0, 0.0, 0.0, iy, -iyz, 0.0, -iyz, iz;
+  const Vec3 w(1.1, 0.4, -0.6);
+  const VecX q1 = unit_slopes(thick, 11), qd1 = unit_slopes(thick, 12);
+  const auto blocks = [&](const FlexibleBody& body, const VecX& q, const VecX& qd) {
+    Vec3 cr = body.Cr0 * qd;
+    Vec6 j = body.J0 + body.J1 * q;
+    for (std::size_t a = 0; a < 3; ++a) cr[static_cast<Eigen::Index>(a)] += quadratic(body.Cr1[a], qd, q);
+    for (std::size_t a = 0; a < 6; ++a) j[static_cast<Eigen::Index>(a)] += 0.5 * quadratic(body.J2[a], q, q);
+    return 0.5 * w.dot(tensor(j) * w) + w.dot(cr) + 0.5 * qd.dot(body.Me * qd);
+  };
+  std::vector<double> errors;
+  for (const double size : {0.005, 0.0025, 0.00125}) {
+    const VecX q = size * q1, qd = size * qd1;
+    double energy = 0.0;
+    for (std::size_t i = 0; i < p.nodes.size(); ++i) {
+      const Vec3 a = p.nodes[i]->psi * q, rate = p.nodes[i]->psi * qd;
+      const Mat3 R = a.norm() > 0.0 ? Eigen::AngleAxisd(a.norm(), a.normalized()).toRotationMatrix() : Mat3(Mat3::Identity());
+      const Vec3 turning = w + rate + 0.5 * a.cross(rate);
+      energy += 0.5 * p.length[i] * turning.dot(R * S * R.transpose() * turning);
+    }
+    errors.push_back(std::abs(blocks(thick, q, qd) - blocks(bare, q, qd) - energy));
+  }
+  EXPECT_NEAR(errors[0] / errors[1], 8.0, 1.0);
+  EXPECT_NEAR(errors[1] / errors[2], 8.0, 1.0);
 }
 
 TEST(BeamBody, IdentitiesOfStandardInputDataHoldAndSurviveAFile) {

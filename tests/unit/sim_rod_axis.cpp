@@ -158,9 +158,11 @@ TEST(RodAxis, KineticEnergyIsThatOfTheMovingAxis) {
 }
 
 TEST(RodAxis, AgreesWithTheSecondOrderFieldToItsOrder) {
-  for (const Boundary boundary : {Boundary::clamped_free, Boundary::free_free}) {
-    const BeamDef def = slender(boundary);
-    const BeamEffects second{.axial = true, .bending_xy = true, .stiffening = true};
+  for (const auto& [boundary, shear] : {std::pair(Boundary::clamped_free, false), {Boundary::free_free, false}, {Boundary::free_free, true}}) {
+    BeamDef def = slender(boundary);
+    BeamEffects second{.axial = true, .bending_xy = true, .stiffening = true};
+    second.shear = shear;
+    if (shear) def.section.iy *= 1e4, def.section.iz *= 1e4;  // so that tilted sections count
     BeamEffects far = second;
     far.large_bending = true;
     const FlexibleBody series = make_fe_beam(def, second), rod = make_fe_beam(def, far);
