@@ -438,8 +438,9 @@ bool same_rod(const std::shared_ptr<const RodAxis>& a, const std::shared_ptr<con
   if (!a || !b || a == b) return a == b;
   return a->towards == b->towards && same_values(a->x, b->x) && same_values(a->root_mass, b->root_mass) &&
          same_values(a->phi_x, b->phi_x) && same_values(a->phi_v, b->phi_v) && same_values(a->turn, b->turn) &&
-         same_values(a->stretch, b->stretch) && same_values(a->shear, b->shear) && same_values(a->along, b->along) && same_values(a->tilt, b->tilt) && a->J0 == b->J0 &&
-         same_values(a->J1, b->J1) && same_values(a->Cr0, b->Cr0) && same_values(a->Me, b->Me);
+         same_values(a->stretch, b->stretch) && same_values(a->shear, b->shear) && same_values(a->along, b->along) &&
+         same_values(a->tilt, b->tilt) && a->J0 == b->J0 && same_values(a->J1, b->J1) && same_values(a->Cr0, b->Cr0) &&
+         same_values(a->Me, b->Me);
 }
 
 }  // namespace flexframe::sim

@@ -69,7 +69,11 @@ with temporary_folder() as name:
     text += joint("clamp", "weld", "ground", "beam.root")
     text += body("beam", "beam", 'effects = ["bending_xy", "bending_xz"]', length=1.0, section=section, material=material)
     text += body("arm", "rigid", mass=1.0, inertia=[1e-3] * 3, centre_of_mass=[0, 0.3, 0]) + joint("hold", "weld", "beam.tip", "arm")
-    text += force("force", "arm", direction=[0, 0, 1], value="20*sin(6*t)") + output("turn", "arm", "rotation") + output("place", "arm", "position")
+    text += (
+        force("force", "arm", direction=[0, 0, 1], value="20*sin(6*t)")
+        + output("turn", "arm", "rotation")
+        + output("place", "arm", "position")
+    )
     (folder / "s.toml").write_text(text)
     done = run("simulate", folder / "s.toml", "-o", folder / "r.h5")
     said = told(done.stdout + done.stderr, "torsion")

@@ -158,7 +158,8 @@ TEST(RodAxis, KineticEnergyIsThatOfTheMovingAxis) {
 }
 
 TEST(RodAxis, AgreesWithTheSecondOrderFieldToItsOrder) {
-  for (const auto& [boundary, shear] : {std::pair(Boundary::clamped_free, false), {Boundary::free_free, false}, {Boundary::free_free, true}}) {
+  for (const auto& [boundary, shear] :
+       {std::pair(Boundary::clamped_free, false), {Boundary::free_free, false}, {Boundary::free_free, true}}) {
     BeamDef def = slender(boundary);
     BeamEffects second{.axial = true, .bending_xy = true, .stiffening = true};
     second.shear = shear;
