@@ -293,6 +293,7 @@ void LeftOut::strains_of_second_order(const System& system, const CutBeam& beam,
     // What the deflection shortens.
     if (stiffening) out[k].strain[0] -= 0.5 * beam.turn(at, 0).tail<2>().squaredNorm();
   }
+  if (stiffening && on(model_.effects, name, "torsion")) item.slowing.back() += std::abs(untwist(beam, out));
 }
 
 // Energy of strains and forces that are straight between the ends of an interval, J.

@@ -9,6 +9,14 @@
 
 namespace flexframe::sim {
 
+namespace {
+
+double torsion_stiffness(const BeamDef& beam) {
+  return 0.5 * beam.material.youngs_modulus / (1.0 + beam.material.poisson) * beam.section.j;
+}
+
+}  // namespace
+
 void LeftOut::follow_turning(const System& system, Item& item) const {
   if (item.effect != "shear") return;
   double energy = 0.0;
@@ -23,30 +31,55 @@ void LeftOut::follow_turning(const System& system, Item& item) const {
 }
 
 // The moment on a section's twist (propeller moment) is d/dtheta of w^T S(theta) w / 2, of which a beam without shear has what is linear in
-// theta only (beam_terms.cpp): all of it where its frame stays at its root, a part of it where the frame turns with the twist.
+// theta only (beam_terms.cpp): all of it where its frame stays at its root, a part of it where the frame turns with the twist, and nothing
+// in pieces that turn as wholes.
 void LeftOut::twist_of_turning(const System& system, const CutBeam& beam, Item& item, std::vector<Strained>& out) const {
   const BeamDef& def = std::get<BeamDef>(scene_.bodies[beam.body].kind);
   const std::string& name = scene_.bodies[beam.body].name;
   const auto twists = [&](const EffectState& s) { return s.on && s.owner == name && s.effect == "torsion"; };
   if (std::none_of(model_.effects.begin(), model_.effects.end(), twists)) return;
+  const double stiffness = torsion_stiffness(def);
+  // Along a beam from its tip, the torque outboard of its sections before and after each interval.
   const Vec3 moments = def.material.density * mass_moments(def.section);
-  const Vec3 w = system.work.parts[beam.part].V.tail<3>();
-  const double stiffness = 0.5 * def.material.youngs_modulus / (1.0 + def.material.poisson) * def.section.j;
-  if (moments[0] == moments[1] || w.tail<2>().isZero(0.0)) return;
-  const auto lacks = [&](size_t k) {
-    const double theta = beam.turn(k, 0).x(), c = std::cos(theta), s = std::sin(theta);
-    const double whole = (w.y() * c + w.z() * s) * (w.z() * c - w.y() * s);
-    return (moments[0] - moments[1]) * (whole - (w.z() * w.z() - w.y() * w.y()) * theta);
+  const auto add_torques = [&](const CutBeam& b, double& torque, const auto& at) {
+    const Vec3 w = system.work.parts[b.part].V.tail<3>();
+    const auto lacks = [&](size_t k) {
+      const double theta = b.turn(k, 0).x(), c = std::cos(theta), s = std::sin(theta);
+      const double whole = (w.y() * c + w.z() * s) * (w.z() * c - w.y() * s);
+      return (moments[0] - moments[1]) * (whole - (w.z() * w.z() - w.y() * w.y()) * theta);
+    };
+    for (size_t k = b.x.size() - 1; k > 0; --k) {
+      const double left = lacks(k - 1), right = lacks(k), dx = b.x[k] - b.x[k - 1], before = torque;
+      torque += 0.5 * dx * (left + right);
+      at(k, before, torque, 0.25 * dx * (left * b.turn(k - 1, 0).x() + right * b.turn(k, 0).x()));
+    }
   };
   double torque = 0.0, potential = 0.0;
-  for (size_t k = beam.x.size() - 1; k > 0; --k) {
-    const double dx = beam.x[k] - beam.x[k - 1], left = lacks(k - 1), right = lacks(k);
-    out[2 * k - 1].force[3] = torque, out[2 * k - 1].strain[3] = torque / stiffness;
-    torque += 0.5 * dx * (left + right);
-    out[2 * k - 2].force[3] = torque, out[2 * k - 2].strain[3] = torque / stiffness;
-    potential += 0.25 * dx * (left * beam.turn(k - 1, 0).x() + right * beam.turn(k, 0).x());
+  for (size_t b = sections_.beams().size(); b-- > 0;) {
+    const CutBeam& other = sections_.beams()[b];
+    if (other.body == beam.body && other.part > beam.part) add_torques(other, torque, [](size_t, double, double, double) {});
   }
+  add_torques(beam, torque, [&](size_t k, double outboard, double inboard, double work) {
+    out[2 * k - 1].force[3] += outboard, out[2 * k - 1].strain[3] += outboard / stiffness;
+    out[2 * k - 2].force[3] += inboard, out[2 * k - 2].strain[3] += inboard / stiffness;
+    potential += work;
+  });
+  if (def.model == BeamModel::lumped) untwist(beam, out);
   item.slowing.back() += std::abs(potential);
+}
+
+// Fibres beside the axis of a twisted beam are helices, which a force along it straightens: G J + N Ip/A in place of G J.
+double LeftOut::untwist(const CutBeam& beam, std::vector<Strained>& out) const {
+  const BeamDef& def = std::get<BeamDef>(scene_.bodies[beam.body].kind);
+  const double stiffness = torsion_stiffness(def), gyration = (def.section.iy + def.section.iz) / def.section.area;
+  double potential = 0.0;
+  for (size_t k = 0; k < out.size(); ++k) {
+    const Vec6& F = k % 2 == 0 ? beam.left[k / 2] : beam.right[k / 2];
+    const double share = std::max(F[0] * gyration / stiffness, -0.9), lacks = -F[3] * share / (1.0 + share);
+    out[k].force[3] += lacks, out[k].strain[3] += lacks / stiffness;
+    potential += 0.25 * (beam.x[k / 2 + 1] - beam.x[k / 2]) * F[3] * F[3] / stiffness * share;
+  }
+  return potential;
 }
 
 namespace {
