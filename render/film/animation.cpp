@@ -335,6 +335,9 @@ void update_picture(const Animation& animation, int k, PictureMemory& memory) {
   aim_camera(animation, k, animation.camera, picture);
   choose_levels(animation, memory);
   add_labels(animation, find_sample(animation.results->times, t), memory);
+  if (settings.overlay.words) return;
+  picture.labels.clear();
+  for (render::Dimension& dimension : picture.dimensions) dimension.text.clear();
 }
 
 namespace {

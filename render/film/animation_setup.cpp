@@ -45,10 +45,12 @@ void add_panels(Animation& animation) {
   };
   std::vector<Range> ranges;
   std::vector<std::vector<const sim::ResultOutput*>> chosen;
-  for (const std::string& column : animation.settings.overlay.plot) {
-    const auto output =
-        std::find_if(results.outputs.begin(), results.outputs.end(), [&](const sim::ResultOutput& o) { return o.column == column; });
-    if (output == results.outputs.end() || output->values.size() == 0) continue;
+  std::vector<const sim::ResultOutput*> wanted;
+  for (const std::string& word : animation.settings.overlay.plot)
+    for (const sim::ResultOutput& output : results.outputs)
+      if (names_column(word, output.column) && output.values.size() > 0 && std::find(wanted.begin(), wanted.end(), &output) == wanted.end())
+        wanted.push_back(&output);
+  for (const sim::ResultOutput* output : wanted) {
     const double low = output->values.minCoeff(), high = output->values.maxCoeff();
     const auto with = [&](const Range& r) {
       return Range{r.unit, std::min(r.low, low), std::max(r.high, high), std::min(r.least, high - low)};
@@ -61,7 +63,7 @@ void add_panels(Animation& animation) {
       chosen.emplace_back();
     }
     ranges[panel] = with(ranges[panel]);
-    chosen[panel].push_back(&*output);
+    chosen[panel].push_back(output);
   }
   for (size_t panel = 0; panel < chosen.size(); ++panel) {
     const auto [unit, factor] = readable_unit(ranges[panel].unit, std::max(std::abs(ranges[panel].low), std::abs(ranges[panel].high)));

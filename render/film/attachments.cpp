@@ -207,6 +207,7 @@ void add_arrows(const Animation& animation, double t, const SamplePlace& now, re
     label.color = 0.75f * color;
     p.labels.push_back(std::move(label));
   }
+  if (!animation.settings.overlay.legend) return;
   if (animation.largest_line > 0.0)
     p.overlay.legend.push_back({.text = fmt::format("force per length, at most {}", load_text(animation.largest_line, "N/m")),
                                 .color = force_color,

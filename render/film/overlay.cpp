@@ -130,7 +130,8 @@ void fill_overlay(const Animation& animation, double t, render::Picture& picture
     for (const BodyModel& body : animation.bodies)
       if (body.visible) overlay.legend.push_back({.text = body.name, .color = body.material.color, .opacity = 1.0f});
 
-  for (const auto& [name, color] : settings.runs) overlay.legend.push_back({.text = name, .color = color, .opacity = 1.0f});
+  for (const auto& [name, color] : settings.runs)
+    if (asked.legend) overlay.legend.push_back({.text = name, .color = color, .opacity = 1.0f});
 
   for (const PlotPanel& panel : animation.panels) {
     render::Plot plot;
@@ -148,6 +149,7 @@ void fill_overlay(const Animation& animation, double t, render::Picture& picture
     overlay.plots.push_back(std::move(plot));
   }
   overlay.plot_place = asked.plot_place;
+  overlay.grid_note = asked.words;
 }
 
 }  // namespace flexframe::film

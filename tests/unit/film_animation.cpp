@@ -701,6 +701,22 @@ TEST(Plots, CurvesFarApartHavePanelsOfTheirOwn) {
   EXPECT_EQ(a.panels[2].y_label, "m");
 }
 
+// An output's name means all its columns, once each.
+TEST(Plots, OutputsStandForTheirColumns) {
+  sim::Results r = test::swinging_beam(0.01);
+  const sim::VecX y = r.outputs[0].values;
+  r.outputs = {column("tip.x", y), column("tip.y", 2.0 * y), column("tipping", y)};
+  const film::RenderSettings s = film::parse_render_settings("[render]\noverlay = { plot = [\"tip.y\", \"tip\"] }\n", "s");
+  film::check_render_settings(s, r, "s");
+  const film::Animation a = film::make_animation(r, s, nullptr);
+  ASSERT_EQ(a.panels.size(), 1u);
+  ASSERT_EQ(a.panels[0].series.size(), 2u);
+  EXPECT_EQ(a.panels[0].series[0].label, "tip.y");
+  EXPECT_EQ(a.panels[0].series[1].label, "tip.x");
+  const film::RenderSettings wrong = film::parse_render_settings("[render]\noverlay = { plot = [\"tip.z\"] }\n", "s");
+  EXPECT_THROW(film::check_render_settings(wrong, r, "s"), sim::InputError);
+}
+
 // The dot of a curve of more samples than are drawn stands at the output's value at the picture's time.
 TEST(Plots, DotsOfManySamplesStandAtTheirValues) {
   sim::Results r = test::swinging_beam(0.01, 20001, 1.0);

@@ -94,6 +94,31 @@ TEST(Attachments, TracesOfManySamplesKeepTheirShape) {
   EXPECT_GT(least, 0.98);
 }
 
+// legend = false takes that of arrows along, and --no-overlay every word.
+TEST(Attachments, WordsThatAreNotWantedAreNotThere) {
+  const sim::Results results = test::swinging_beam();
+  const std::string text =
+      std::string(test::swinging_scene) +
+      "[[force]]\nkind = \"force\"\non = \"block\"\ndirection = [0, 1, 0]\nvalue = 8\n[render]\nforces = true\nextremes = true\n"
+      "dimensions = [{ from = \"ground\", to = \"block\" }]\n";
+  const sim::Scene scene = sim::parse_scene(text, "s.toml");
+  film::RenderSettings s = film::parse_render_settings(text, "s.toml");
+  film::PictureMemory memory;
+  const auto draw = [&] { film::update_picture(film::make_animation(results, s, &scene), 5, memory); };
+  draw();
+  EXPECT_EQ(memory.picture.overlay.legend.size(), 1u);
+  EXPECT_EQ(memory.picture.labels.size(), 3u);
+  EXPECT_FALSE(memory.picture.dimensions.at(0).text.empty());
+  s.overlay.legend = false;
+  draw();
+  EXPECT_TRUE(memory.picture.overlay.legend.empty());
+  s.overlay.words = false;
+  draw();
+  EXPECT_TRUE(memory.picture.labels.empty());
+  EXPECT_TRUE(memory.picture.dimensions.at(0).text.empty());
+  EXPECT_FALSE(memory.picture.overlay.grid_note);
+}
+
 TEST(Attachments, ProbesWithoutAValueAreToldOf) {
   const sim::Results results = test::swinging_beam();
   const auto probe = [&](const std::string& table) {

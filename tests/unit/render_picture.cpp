@@ -578,6 +578,7 @@ TEST(Colors, CategoriesCanBeToldApartByEveryEye) {
   for (const glm::mat3& sight : sights) {
     EXPECT_GT(least_distance(10, sight), 23.0);
     EXPECT_GT(least_distance(4, sight), 31.0);
+    EXPECT_GT(least_distance(30, sight), &sight == sights ? 14.0 : 0.5);
   }
 }
 
