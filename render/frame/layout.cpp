@@ -230,7 +230,8 @@ struct Builder {
   // axis has no room for its words, behind the name of a single series, before those of several.
   void place_names(const Plot& plot, const std::string& unit, PlotLayout& p) {
     double x = p.axes.x, right = p.axes.x + p.axes.width;
-    const double sample = 1.6 * small, gap = 1.6 * small, y = p.axes.y - 0.45 * line_height();
+    double sample = 1.6 * small, gap = 1.6 * small;
+    const double y = p.axes.y - 0.45 * line_height();
     const std::size_t count = plot.series.size();
     const bool alone = count == 1 && !plot.series[0].label.empty();
     if (!unit.empty() && !(alone && text_width(plot.series[0].label + " " + unit, small) <= right - x - sample - 0.5 * small)) {
@@ -242,12 +243,22 @@ struct Builder {
       x += text_width(unit, small) + small;
     }
     std::vector<double> widths;
-    for (const Series& s : plot.series) widths.push_back(text_width(s.label, small));
+    double all = 0.0;
+    for (const Series& s : plot.series) {
+      widths.push_back(text_width(s.label, small));
+      all += sample + gap + widths.back();
+    }
+    // Closer together before any is cut.
+    if (all - gap + 0.5 * small > right - x) {
+      sample = 0.7 * small;
+      gap = 0.9 * small;
+      right = p.panel.x + p.panel.width - 0.25 * pad;
+    }
     const double most = share_of(
         widths, right - x - static_cast<double>(count) * (sample + 0.5 * small) - (static_cast<double>(count) - 1.0) * (gap - 0.5 * small));
     for (std::size_t i = 0; i < count; ++i) {
       const double free = right - x - sample - 0.5 * small;
-      if (free < 3.0 * small) break;
+      if (free < std::min(3.0 * small, widths[i])) break;
       const double room = std::min(free, std::max(most, 3.0 * small));
       std::string text = fit_name(plot.series[i].label, small, room);
       if (!unit.empty() && alone) {

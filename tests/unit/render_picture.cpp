@@ -449,6 +449,12 @@ TEST(Layout, NamesOfCurvesShareTheirRoom) {
   EXPECT_TRUE(plot.series[0].text.starts_with("force of the") && plot.series[0].text.ends_with("….x")) << plot.series[0].text;
   EXPECT_EQ(plot.series[1].text, "tip.y");
   EXPECT_TRUE(plot.series[2].text.ends_with("….y")) << plot.series[2].text;
+  // In a narrow panel they move together before one is left out.
+  p.size = {400, 300};
+  p.overlay.plots = {{"t [s]", "[m]", {{"tip.x", x, y}, {"tip.y", x, y}}, 0.5, {}, {}}};
+  p.overlay.plot_place = PlotPlace::beside;
+  const PlotLayout narrow = make_layout(p).plots[0];
+  EXPECT_FALSE(narrow.series[0].text.empty() || narrow.series[1].text.empty());
 }
 
 TEST(Layout, LogarithmicBarsHavePlainNumbers) {
