@@ -30,13 +30,15 @@ PlotSeries thin_series(const std::string& label, const sim::VecX& times, const s
   constexpr Eigen::Index bins = 2000;
   PlotSeries out{.label = label, .x = {}, .y = {}};
   const Eigen::Index n = values.size(), per = std::max<Eigen::Index>(1, n / bins);
+  // The first and the last: a curve that begins later has no dot in the first picture.
+  if (n > 0) out.x.push_back(times[0]), out.y.push_back(values[0]);
   for (Eigen::Index i = 0; i < n; i += per) {
     const Eigen::Index count = std::min(per, n - i);
     Eigen::Index low = 0, high = 0;
     values.segment(i, count).minCoeff(&low);
     values.segment(i, count).maxCoeff(&high);
     for (Eigen::Index k : {std::min(low, high), std::max(low, high)}) {
-      if (!out.x.empty() && out.x.back() == times[i + k]) continue;
+      if (out.x.back() == times[i + k]) continue;
       out.x.push_back(times[i + k]);
       out.y.push_back(values[i + k]);
     }

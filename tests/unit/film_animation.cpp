@@ -726,6 +726,8 @@ TEST(Plots, DotsOfManySamplesStandAtTheirValues) {
   const film::Animation a =
       film::make_animation(r, film::parse_render_settings("[render]\nspeed = 0.37\noverlay = { plot = [\"fast\"] }\n", "s"), nullptr);
   film::PictureMemory memory;
+  EXPECT_EQ(a.panels[0].series[0].x.front(), r.times[0]);
+  EXPECT_EQ(a.panels[0].series[0].x.back(), r.times[r.times.size() - 1]);
   for (int k = 0; k < a.count; k += 7) {
     film::update_picture(a, k, memory);
     const film::SamplePlace now = film::find_sample(r.times, film::picture_time(a, k));
