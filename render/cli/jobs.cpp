@@ -282,8 +282,15 @@ void apply_words(const RenderWords& words, film::RenderSettings& settings) {
   settings.cache = cache_folder(words.cache);
   if (words.no_shadows) settings.shadows = settings.occlusion = false;
   if (words.no_overlay)
-    settings.overlay = {
-        .title = false, .time = false, .scalar_bar = false, .triad = false, .legend = false, .note = false, .plot = {}, .plot_line = 0};
+    settings.overlay = {.title = false,
+                        .time = false,
+                        .scalar_bar = false,
+                        .triad = false,
+                        .legend = false,
+                        .note = false,
+                        .words = false,
+                        .plot = {},
+                        .plot_line = 0};
   if (!words.color_by.empty()) {
     const std::vector<std::string>& known = film::color_by_words();
     const auto found = std::find(known.begin(), known.end(), words.color_by);

@@ -62,8 +62,10 @@ DrawingReport draw_runs(const FilmWords& words, const fs::path& out, const std::
     differences.push_back(
         {{"column", d.column}, {"run", d.run}, {"unit", d.unit}, {"largest", d.largest}, {"of_range", d.share}, {"t", d.at}});
     if (d.share == 0.0) continue;
-    drawing.notes.push_back(fmt::format("{} of {} differs by up to {:.3g} {} ({:.2g} % of its range), at t = {:.4g} s", d.column, d.run,
-                                        d.largest, d.unit, 100.0 * d.share, d.at));
+    const double percent = 100.0 * d.share;
+    drawing.notes.push_back(fmt::format("{} of {} differs by up to {:.3g} {} ({} % of its range), at t = {:.4g} s", d.column, d.run,
+                                        d.largest, d.unit, percent < 99.5 ? fmt::format("{:.2g}", percent) : fmt::format("{:.0f}", percent),
+                                        d.at));
   }
   return drawing;
 }

@@ -104,11 +104,12 @@ Command add_run(Program& program) {
         std::optional<sim::SettingsMemory> memory;
         if (asked) memory = settings_memory(words->scene, words->settings, words->simulation, out / (name + ".settings.toml"));
         const sim::Results results = run_simulation(job, words->simulation, memory ? &*memory : nullptr);
-        film::check_render_settings(job.settings, results, words->scene);
         make_folder(out);
         sim::write_results(results, out / "results.h5");
         const fs::path csv = words->csv.empty() ? out / "histories.csv" : fs::path(words->csv);
         sim::write_histories_csv(results, csv);
+        // A component that an output does not have is known only now: what was simulated stays.
+        film::check_render_settings(job.settings, results, words->scene);
         const DrawingReport drawing = run_drawing(results, job.settings, &job.scene, words->render, out, name);
         nlohmann::ordered_json page;
         Told said;  // the pictures said it already

@@ -273,6 +273,21 @@ void add_symbols(const Animation& animation, const SamplePlace& place, render::P
   }
 }
 
+// A long sequence is surveyed at some of its pictures: a value of another one beyond the colours' ends is told in that picture.
+void mark_beyond(const std::vector<std::vector<float>>& scalars, render::ScalarMap& map) {
+  if (map.above && map.below) return;
+  const double room = 0.01 * (map.upper - map.lower);
+  double low = map.lower - (map.logarithmic ? 0.01 * map.lower : room), high = map.upper + room;
+  bool above = false, below = false;
+  for (const std::vector<float>& of_body : scalars)
+    for (const float value : of_body) {
+      if (static_cast<double>(value) > high) high = static_cast<double>(value), above = true;
+      if (static_cast<double>(value) < low) low = static_cast<double>(value), below = true;
+    }
+  if (above && !map.above) map.above = high;
+  if (below && !map.below) map.below = low;
+}
+
 }  // namespace
 
 void aim_camera(const Animation& animation, int k, const render::Camera& first, render::Picture& picture) {
@@ -313,12 +328,16 @@ void update_picture(const Animation& animation, int k, PictureMemory& memory) {
   size_t skin = 0;
   for (size_t b = 0; b < animation.bodies.size(); ++b)
     if (animation.bodies[b].visible) add_body(animation, b, k, memory, skin);
+  if (picture.overlay.scalar_bar) mark_beyond(memory.scalars, picture.scalar_map);
   add_symbols(animation, find_sample(animation.results->times, t), picture);
   update_attachments(animation, k, memory);
   if (settings.section) picture.cut = render::Cut{settings.section->point.value_or(animation.bounds.centre()), settings.section->normal};
   aim_camera(animation, k, animation.camera, picture);
   choose_levels(animation, memory);
   add_labels(animation, find_sample(animation.results->times, t), memory);
+  if (settings.overlay.words) return;
+  picture.labels.clear();
+  for (render::Dimension& dimension : picture.dimensions) dimension.text.clear();
 }
 
 namespace {

@@ -38,6 +38,7 @@ struct JointSymbol {
 struct PlotSeries {
   std::string label;
   std::vector<double> x, y;
+  const sim::VecX *times = nullptr, *values = nullptr;  // all samples, in the output's unit, where the points are fewer
 };
 struct PlotPanel {
   std::string y_label;
@@ -88,6 +89,7 @@ struct Animation {
   std::vector<BodyModel> bodies;  // parallel to Results::bodies
   std::vector<JointSymbol> symbols;
   std::vector<FramePlace> traces, triads;
+  std::vector<std::vector<Eigen::Index>> trace_samples;  // a trace each: the samples that it runs through
   // The vertex of a coloured body that is nearest to a probe's frame.
   struct Probe {
     std::string name;

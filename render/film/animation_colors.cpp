@@ -34,8 +34,9 @@ double upper_end(Animation& animation, const Survey& survey, double& largest, do
     if (moments[k].largest_scalar > largest) largest = moments[k].largest_scalar, at = t;
   }
   if (values.empty() && range.window)
-    throw sim::InputError(
-        fmt::format("[render] color_range.window [{:g}, {:g}] holds no moment of the run", range.window->first, range.window->second));
+    throw sim::InputError(fmt::format(
+        "[render] color_range.window [{:g}, {:g}] holds no moment of the run, which lasts from {:g} to {:g} s", range.window->first,
+        range.window->second, animation.results->times[0], animation.results->times[animation.results->times.size() - 1]));
   std::sort(values.begin(), values.end());
   const double share = range.percentile.value_or(98.0) / 100.0;
   double sum = 0.0, value = largest;
@@ -93,6 +94,9 @@ std::string values_wanted(const RenderSettings& settings) {
     return "an error of its mesh's map that could be told: elastic bodies with a mesh and enough nodes have it (color_by = \"map_error\")";
   return "elastic displacement (color_by = \"strain\")";
 }
+
+// Two digits, but no powers of ten: "0.012", "200".
+std::string percent_text(double percent) { return percent < 99.5 ? fmt::format("{:.2g}", percent) : fmt::format("{:.0f}", percent); }
 
 // What rounding leaves of a value that is zero, in its unit: positions are held to the last bit of the scene's size, displacements in
 // single precision, and a speed is their difference over one sample's spacing.
@@ -208,10 +212,9 @@ void tell_of_inertia(Animation& animation, const Survey& survey) {
     for (size_t k = 0; k < survey.moments.size(); k += step)
       largest = std::max(largest, doubt_of_inertia({model, *animation.results, b, animation.settings}, survey.moments[k].t, work) / unit);
     if (largest > told * survey.largest_scalar)
-      notes.warn(owner,
-                 fmt::format("its stress may be off by {:.2g} % of the largest: its accelerations are differences from one sample to "
-                             "the next; a larger output_rate sharpens them",
-                             100.0 * largest / survey.largest_scalar));
+      notes.warn(owner, fmt::format("its stress may be off by {} % of the largest: its accelerations are differences from one sample to "
+                                    "the next; a larger output_rate sharpens them",
+                                    percent_text(100.0 * largest / survey.largest_scalar)));
   }
   for (std::string& text : notes.texts(sim::Severity::warning)) animation.warnings.push_back(std::move(text));
 }
@@ -219,6 +222,12 @@ void tell_of_inertia(Animation& animation, const Survey& survey) {
 }  // namespace
 
 void set_colors(Animation& animation, const Survey& survey) {
+  // Nobody means a thousand times the yield stress: that is a stress in Pa.
+  if (const auto& asked = animation.settings.color_range;
+      asked && animation.settings.color_by == ColorBy::stress && shares_of_yield(animation.bodies) && asked->second > 1e3)
+    throw sim::InputError(fmt::format(
+        "[render] color_range [{:g}, {:g}]: beside a yield stress colours are shares of it, 1 is where something yields; write [0, 1]",
+        asked->first, asked->second));
   double all = survey.largest_scalar, at = 0.0;
   double largest = upper_end(animation, survey, all, at);
   const double rounding = rounding_of(animation, survey);
@@ -283,10 +292,10 @@ void set_colors(Animation& animation, const Survey& survey) {
   if (by == ColorBy::strain) tell_of_left_out_strain(animation, largest);
   if (by == ColorBy::velocity)
     if (const double missed = missed_speed(animation, survey); missed > 0.01)
-      animation.warnings.push_back(fmt::format(
-          "colours of the speed are differences from one sample to the next and may be off by {:.2g} % where it is large: a larger "
-          "output_rate sharpens them",
-          100.0 * missed));
+      animation.warnings.push_back(
+          fmt::format("colours of the speed are differences from one sample to the next and may be off by {} % where it is large: a larger "
+                      "output_rate sharpens them",
+                      percent_text(100.0 * missed)));
   if (by == ColorBy::map_error) {
     const bool beside =
                    std::any_of(animation.bodies.begin(), animation.bodies.end(), [](const BodyModel&m) { return m.doubt.has_value(); }),

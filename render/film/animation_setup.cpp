@@ -35,26 +35,44 @@ int body_index(const sim::Results& results, const std::string& name) {
   return -1;
 }
 
-// Columns of one unit share a panel unless one would be flat beside the other; lengths are shown in the unit that suits them.
+// Columns of one unit share a panel unless one would be flat in it; lengths are shown in the unit that suits them.
 void add_panels(Animation& animation) {
   constexpr double flat = 0.1;
   const sim::Results& results = *animation.results;
-  std::vector<double> ranges;
-  std::vector<std::string> units;
-  for (const std::string& column : animation.settings.overlay.plot) {
-    const auto output =
-        std::find_if(results.outputs.begin(), results.outputs.end(), [&](const sim::ResultOutput& o) { return o.column == column; });
-    if (output == results.outputs.end() || output->values.size() == 0) continue;
-    const double range = output->values.maxCoeff() - output->values.minCoeff();
+  struct Range {
+    std::string unit;
+    double low, high, least;  // of all, and the smallest of one
+  };
+  std::vector<Range> ranges;
+  std::vector<std::vector<const sim::ResultOutput*>> chosen;
+  std::vector<const sim::ResultOutput*> wanted;
+  for (const std::string& word : animation.settings.overlay.plot)
+    for (const sim::ResultOutput& output : results.outputs)
+      if (names_column(word, output.column) && output.values.size() > 0 && std::find(wanted.begin(), wanted.end(), &output) == wanted.end())
+        wanted.push_back(&output);
+  for (const sim::ResultOutput* output : wanted) {
+    const double low = output->values.minCoeff(), high = output->values.maxCoeff();
+    const auto with = [&](const Range& r) {
+      return Range{r.unit, std::min(r.low, low), std::max(r.high, high), std::min(r.least, high - low)};
+    };
     size_t panel = 0;
-    while (panel < units.size() && !(units[panel] == output->unit && range > flat * ranges[panel] && ranges[panel] > flat * range)) ++panel;
-    if (panel == units.size()) {
-      const auto [unit, factor] = readable_unit(output->unit, output->values.cwiseAbs().maxCoeff());
-      animation.panels.push_back({.y_label = unit, .factor = factor, .series = {}});
-      units.push_back(output->unit);
-      ranges.push_back(range);
+    for (; panel < ranges.size(); ++panel)
+      if (const Range all = with(ranges[panel]); all.unit == output->unit && all.least > flat * (all.high - all.low)) break;
+    if (panel == ranges.size()) {
+      ranges.push_back({output->unit, low, high, high - low});
+      chosen.emplace_back();
     }
-    animation.panels[panel].series.push_back(thin_series(column, results.times, animation.panels[panel].factor * output->values));
+    ranges[panel] = with(ranges[panel]);
+    chosen[panel].push_back(output);
+  }
+  for (size_t panel = 0; panel < chosen.size(); ++panel) {
+    const auto [unit, factor] = readable_unit(ranges[panel].unit, std::max(std::abs(ranges[panel].low), std::abs(ranges[panel].high)));
+    PlotPanel& made = animation.panels.emplace_back(PlotPanel{.y_label = unit, .factor = factor, .series = {}});
+    for (const sim::ResultOutput* output : chosen[panel]) {
+      made.series.push_back(thin_series(output->column, results.times, factor * output->values));
+      PlotSeries& series = made.series.back();
+      if (std::ssize(series.x) < output->values.size()) series.times = &results.times, series.values = &output->values;
+    }
   }
 }
 
@@ -74,11 +92,15 @@ void set_scales(Animation& animation, double size) {
 // Words that no font here has.
 void warn_of_letters(Animation& animation) {
   std::string words = animation.results->title;
+  for (const DimensionSettings& d : animation.settings.dimensions) words += d.label;
+  for (const InsetSettings& inset : animation.settings.insets) words += inset.drawing.label;
+  for (const std::string& probe : animation.settings.probes) words += probe;
+  for (const auto& [name, color] : animation.settings.runs) words += name;
   for (const BodyModel& body : animation.bodies) words += body.name;
   for (const std::string& column : animation.settings.overlay.plot) words += column;
   if (const std::string missing = render::missing_characters(words); !missing.empty())
     animation.warnings.push_back(fmt::format(
-        "no font here has the characters {} of the title or names: they are drawn as boxes; the Debian package "
+        "no font here has the characters {} of the title, names or labels: they are drawn as boxes; the Debian package "
         "fonts-droid-fallback has Chinese and Japanese, fonts-nanum Korean, or let FLEXFRAME_FONT_FALLBACK name a TrueType file",
         missing));
 }

@@ -1,6 +1,7 @@
 #include "render/film/attachments.h"
 
 #include "render/film/dimensions.h"
+#include "render/film/survey.h"
 #include "render/picture/colormap.h"
 #include "sim/base/words.h"
 
@@ -14,7 +15,8 @@ namespace flexframe::film {
 namespace {
 
 constexpr float hidden_share = 0.45f;  // opacity of what bodies hide of traces, triads and forces
-constexpr int trace_points = 1500;     // of one trace: three a pixel column of a path across the picture
+constexpr int trace_points = 1500;     // of one trace, where these are all samples: three a pixel column of a path across the picture
+constexpr int trace_looks = 200000;    // samples that are looked at for a trace
 
 std::string text_of(const sim::FrameRef& frame) { return frame.frame.empty() ? frame.body : frame.body + "." + frame.frame; }
 
@@ -33,6 +35,39 @@ glm::dvec3 load_of(const Animation& animation, const ForceArrow& force, double t
     if (at.share > 0.0) load[k] += at.share * (values[at.index + 1] - values[at.index]);
   }
   return load;
+}
+
+// The samples that a path is drawn through: all, or of many those without which it would lie elsewhere, by a four-thousandth of its extent.
+// Every n-th alone would make stars of what turns fast.
+std::vector<Eigen::Index> samples_of_trace(const Animation& animation, const FramePlace& place) {
+  const sim::Results& results = *animation.results;
+  const Eigen::Index n = results.times.size(), step = std::max<Eigen::Index>(1, n / trace_looks);
+  std::vector<Eigen::Index> all;
+  for (Eigen::Index i = 0; i < n; i += step) all.push_back(i);
+  if (n <= trace_points) return all;
+  std::vector<glm::dvec3> path;
+  render::Bounds bounds;
+  for (const Eigen::Index i : all) {
+    path.emplace_back(place_pose(results, place, {i, 0.0}, animation.scales[0])[3]);
+    bounds.add(path.back());
+  }
+  const double off = bounds.radius() / 2000.0;
+  std::vector<Eigen::Index> kept{all[0]};
+  constexpr size_t longest = 64;  // samples along one straight line
+  for (size_t first = 0, end = 1; end < path.size(); ++end) {
+    const glm::dvec3 way = path[end] - path[first];
+    const double length = glm::length(way);
+    bool straight = end - first <= longest;
+    for (size_t k = first + 1; straight && k < end; ++k) {
+      const glm::dvec3 aside = path[k] - path[first];
+      const double along = length > 0.0 ? std::clamp(glm::dot(aside, way) / (length * length), 0.0, 1.0) : 0.0;
+      straight = glm::length(aside - along * way) <= off;
+    }
+    if (straight) continue;
+    first = end - 1;
+    kept.push_back(all[first]);
+  }
+  return kept;
 }
 
 double length_of(const Animation& animation, const ForceArrow& force) {
@@ -172,6 +207,7 @@ void add_arrows(const Animation& animation, double t, const SamplePlace& now, re
     label.color = 0.75f * color;
     p.labels.push_back(std::move(label));
   }
+  if (!animation.settings.overlay.legend) return;
   if (animation.largest_line > 0.0)
     p.overlay.legend.push_back({.text = fmt::format("force per length, at most {}", load_text(animation.largest_line, "N/m")),
                                 .color = force_color,
@@ -247,8 +283,10 @@ void add_attachments(Animation& animation, const sim::Scene* scene, double size)
   add_dimensions(animation, scene);
   const RenderSettings& settings = animation.settings;
   const sim::Results& results = *animation.results;
-  for (const std::string& name : settings.traces)
+  for (const std::string& name : settings.traces) {
     animation.traces.push_back(require_place(animation, scene, name, "traces", settings.traces_line));
+    animation.trace_samples.push_back(samples_of_trace(animation, animation.traces.back()));
+  }
   for (const std::string& name : settings.triads)
     animation.triads.push_back(require_place(animation, scene, name, "triads", settings.triads_line));
   for (const InsetSettings& inset : settings.insets)
@@ -267,6 +305,17 @@ void add_attachments(Animation& animation, const sim::Scene* scene, double size)
     for (size_t p = 0; p < model.mesh.point_position.size(); ++p) {
       const double away = glm::length(model.mesh.positions[model.mesh.point_position[p]] - place.origin);
       if (away < best) best = away, probe.point = static_cast<int>(p);
+    }
+    BodyMemory moved;
+    ScalarMemory work;
+    std::vector<float> values;
+    const double start = results.times[0];
+    if (model.flexible) update_displacement(model, results.bodies[b], find_sample(results.times, start), moved);
+    update_scalars({model, results, b, settings}, start, moved, work, values);
+    const size_t vertex = static_cast<size_t>(model.mesh.point_position[static_cast<size_t>(probe.point)]);
+    if (values.empty() || !std::isfinite(values[vertex])) {
+      animation.warnings.push_back(fmt::format("probe '{}' has no value: its body has none of what colours show", name));
+      continue;
     }
     animation.probes.push_back(probe);
   }
@@ -354,8 +403,10 @@ void update_attachments(const Animation& animation, int picture, PictureMemory& 
     const auto add = [&](const SamplePlace& at) {
       line.points.emplace_back(glm::vec3(glm::dvec3(place_pose(results, animation.traces[k], at, animation.scales[0])[3])));
     };
-    const Eigen::Index step = std::max<Eigen::Index>(1, results.times.size() / trace_points);
-    for (Eigen::Index i = 0; i < now.index; i += step) add({i, 0.0});
+    for (const Eigen::Index i : animation.trace_samples[k]) {
+      if (i >= now.index) break;
+      add({i, 0.0});
+    }
     add({now.index, 0.0});
     add(now);
     render::Markers dot;

@@ -104,7 +104,7 @@ void add_dimensions(Animation& animation, const sim::Scene* scene) {
       d.unit = "\u202f" + unit;
       d.factor = factor;
       const double shown = largest * factor;
-      d.decimals = shown > 0.0 ? std::clamp(3 - static_cast<int>(std::floor(std::log10(shown))), 0, 6) : 3;
+      d.decimals = shown > 1e-3 ? std::clamp(3 - static_cast<int>(std::floor(std::log10(shown))), 0, 6) : 3;
     }
     animation.dimensions.push_back(std::move(d));
   }

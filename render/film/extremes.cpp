@@ -19,7 +19,8 @@ int value_decimals(double value, const render::ScalarMap& map, double factor) {
 
 std::string value_text(double value, const render::ScalarMap& map, double factor) {
   const int decimals = value_decimals(value, map, factor);
-  if (decimals < 0) return fmt::format("{:.3g}", value * factor);
+  const double size = std::abs(value * factor);
+  if (decimals < 0) return size >= 999.5 && size < 1e6 ? fmt::format("{:.0f}", value * factor) : fmt::format("{:.3g}", value * factor);
   const std::string text = fmt::format("{:.{}f}", value * factor, decimals);
   return text[0] == '-' && text.find_first_not_of("-0.") == std::string::npos ? text.substr(1) : text;
 }
@@ -156,7 +157,8 @@ void add_labels(const Animation& animation, const SamplePlace& place, PictureMem
     memory.picture.labels.push_back(std::move(label));
   };
   for (const Animation::Probe& probe : animation.probes)
-    if (const std::vector<float>& scalars = memory.scalars[probe.body]; !scalars.empty())
+    if (const std::vector<float>& scalars = memory.scalars[probe.body];
+        !scalars.empty() && std::isfinite(scalars[static_cast<std::size_t>(probe.point)]))
       add(probe.name, probe.body, memory.skins[memory.solid[probe.body]].positions[static_cast<std::size_t>(probe.point)],
           static_cast<double>(scalars[static_cast<std::size_t>(probe.point)]));
   if (!animation.settings.extremes) return;

@@ -113,8 +113,10 @@ Message make_one(const Animation& animation, const FilmOptions& options, int pic
     double low = memory.picture.scalar_map.lower, high = memory.picture.scalar_map.upper;
     const bool depth = file.parent_path().filename() == "depth";
     const render::Image16 numbers = depth ? renderer.draw_depth(memory.picture, &low, &high) : renderer.draw_scalar(memory.picture);
-    render::write_png(file, numbers,
-                      {.level = 1, .text = {{input_key, inputs}, {"flexframe-range", fmt::format("{:.17g} {:.17g}", low, high)}}});
+    std::vector<std::pair<std::string, std::string>> text = {{input_key, inputs},
+                                                             {"flexframe-range", fmt::format("{:.17g} {:.17g}", low, high)}};
+    if (!depth && memory.picture.scalar_map.logarithmic) text.emplace_back("flexframe-scale", "log");
+    render::write_png(file, numbers, {.level = 1, .text = std::move(text)});
   }
   now = sim::cpu_seconds();
   message.draw = now - start;

@@ -20,7 +20,7 @@ std::pair<std::string, double> readable_unit(const std::string& unit, double lar
                                    {1e-6, 1e6, "µ"}, {1e-9, 1e9, "n"}, {0.0, 1e12, "p"}};
   const bool length = unit == "m";
   if (!length && unit != "N" && unit != "N m" && unit != "Pa" && unit != "W" && unit != "J") return {unit, 1.0};
-  if (!length && largest == 0.0) return {unit, 1.0};
+  if (largest == 0.0) return {unit, 1.0};
   for (const Step& step : length ? std::span<const Step>(small) : std::span<const Step>(large))
     if (largest >= step.from) return {step.prefix + unit, step.factor};
   return {unit, 1.0};  // not a number
@@ -30,13 +30,15 @@ PlotSeries thin_series(const std::string& label, const sim::VecX& times, const s
   constexpr Eigen::Index bins = 2000;
   PlotSeries out{.label = label, .x = {}, .y = {}};
   const Eigen::Index n = values.size(), per = std::max<Eigen::Index>(1, n / bins);
+  // The first and the last: a curve that begins later has no dot in the first picture.
+  if (n > 0) out.x.push_back(times[0]), out.y.push_back(values[0]);
   for (Eigen::Index i = 0; i < n; i += per) {
     const Eigen::Index count = std::min(per, n - i);
     Eigen::Index low = 0, high = 0;
     values.segment(i, count).minCoeff(&low);
     values.segment(i, count).maxCoeff(&high);
     for (Eigen::Index k : {std::min(low, high), std::max(low, high)}) {
-      if (!out.x.empty() && out.x.back() == times[i + k]) continue;
+      if (out.x.back() == times[i + k]) continue;
       out.x.push_back(times[i + k]);
       out.y.push_back(values[i + k]);
     }
@@ -47,6 +49,26 @@ PlotSeries thin_series(const std::string& label, const sim::VecX& times, const s
   }
   return out;
 }
+
+namespace {
+
+// Curves of several runs have the colours of their runs, differences from the first those that follow, whatever the panel; negative: none
+// has this name.
+glm::vec3 color_of_run(const RenderSettings& settings, const std::string& label) {
+  glm::vec3 color(-1.0f);
+  size_t longest = 0;
+  for (size_t r = 0; r < settings.runs.size(); ++r) {
+    const auto& [name, own] = settings.runs[r];
+    if (name.size() < longest) continue;
+    const bool difference = label.starts_with(name + " - ");
+    if (!difference && !label.starts_with(name + ": ")) continue;
+    color = difference ? render::category_color(static_cast<int>(settings.runs.size() + r) - 1) : own;
+    longest = name.size();
+  }
+  return color;
+}
+
+}  // namespace
 
 void fill_overlay(const Animation& animation, double t, render::Picture& picture) {
   const sim::Results& results = *animation.results;
@@ -73,7 +95,7 @@ void fill_overlay(const Animation& animation, double t, render::Picture& picture
   }
 
   if (asked.title) overlay.title = results.title;
-  if (asked.time) overlay.time = render::time_text(t, animation.step, results.times[results.times.size() - 1]);
+  if (asked.time) overlay.time = render::time_text(t, animation.step, results.times[results.times.size() - 1], results.times[0]);
   overlay.triad = asked.triad;
   overlay.text_scale = settings.text_scale;
   if (asked.scalar_bar) overlay.scalar_bar = animation.scalar_bar;
@@ -110,18 +132,26 @@ void fill_overlay(const Animation& animation, double t, render::Picture& picture
     for (const BodyModel& body : animation.bodies)
       if (body.visible) overlay.legend.push_back({.text = body.name, .color = body.material.color, .opacity = 1.0f});
 
-  for (const auto& [name, color] : settings.runs) overlay.legend.push_back({.text = name, .color = color, .opacity = 1.0f});
+  for (const auto& [name, color] : settings.runs)
+    if (asked.legend) overlay.legend.push_back({.text = name, .color = color, .opacity = 1.0f});
 
   for (const PlotPanel& panel : animation.panels) {
     render::Plot plot;
     // The names stand above the diagram, beside their lines; plain numbers have no unit.
     if (!panel.y_label.empty() && panel.y_label != "1") plot.y_label = fmt::format("[{}]", panel.y_label);
-    for (const PlotSeries& series : panel.series)
-      plot.series.push_back({.label = series.label, .x = series.x, .y = series.y, .color = glm::vec3(-1.0f)});
+    for (const PlotSeries& series : panel.series) {
+      plot.series.push_back({.label = series.label, .x = series.x, .y = series.y, .color = color_of_run(settings, series.label)});
+      if (!series.values) continue;
+      const SamplePlace now = find_sample(*series.times, t);
+      double value = (*series.values)[now.index];
+      if (now.share > 0.0) value += now.share * ((*series.values)[now.index + 1] - value);
+      plot.series.back().now = panel.factor * value;
+    }
     plot.mark = t;
     overlay.plots.push_back(std::move(plot));
   }
   overlay.plot_place = asked.plot_place;
+  overlay.grid_note = asked.words;
 }
 
 }  // namespace flexframe::film

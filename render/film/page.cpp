@@ -202,7 +202,8 @@ void add_outputs(PageBlock& block, const Animation& animation, Json& scene) {
     if (output.values.size() == 0 || !output.values.allFinite()) continue;
     const PlotSeries series = thin_series(output.column, animation.results->times, output.values);
     const auto [unit, factor] = readable_unit(output.unit, output.values.cwiseAbs().maxCoeff());
-    if (std::find(asked.begin(), asked.end(), output.column) != asked.end()) scene["plots"].push_back(scene["outputs"].size());
+    if (std::any_of(asked.begin(), asked.end(), [&](const std::string& word) { return names_column(word, output.column); }))
+      scene["plots"].push_back(scene["outputs"].size());
     scene["outputs"].push_back({{"label", output.column},
                                 {"unit", unit == "1" ? "" : unit},
                                 {"factor", factor},

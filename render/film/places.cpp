@@ -74,7 +74,17 @@ std::optional<FramePlace> find_origin(const sim::Results& results, const sim::Sc
     if (results.bodies[b].name == body_name) place.body = static_cast<int>(b);
   if (place.body < 0) return std::nullopt;
   const sim::ResultBody& body = results.bodies[place.body];
-  if (frame.empty()) return place;
+  if (frame.empty()) {
+    // A body's own frame, of a beam its root, moves against the frame that it is shown from unless that is the same.
+    place.held = body.held_position.rows() > 0;
+    for (size_t k = 0; k < body.nodes.size() && body.kind == "beam"; ++k)
+      if (body.nodes[k].name == "root") {
+        place.node = place.next = static_cast<int>(k);
+        const sim::Vec3& at = body.nodes[k].origin;
+        place.origin = {at.x(), at.y(), at.z()};
+      }
+    return place;
+  }
 
   std::optional<glm::dvec3> origin;
   if (scene)
@@ -134,6 +144,14 @@ glm::dmat4 place_pose(const sim::Results& results, const FramePlace& frame, cons
   if (frame.body < 0) return local;
   const sim::ResultBody& body = results.bodies[frame.body];
   const glm::dmat4 pose = body_pose(body, at);
+  if (frame.held) {
+    const sim::Pose held = held_pose(body, at);
+    glm::dmat3 turned(1.0);
+    for (int c = 0; c < 3; ++c) turned[c] = glm::dvec3(held.R(0, c), held.R(1, c), held.R(2, c));
+    local = glm::dmat4(turned * frame.axes);
+    local[3] = glm::dvec4(scale * glm::dvec3(held.p.x(), held.p.y(), held.p.z()), 1.0);
+    return pose * local;
+  }
   if (frame.node < 0 || body.displacement.size() == 0) return pose * local;
   const auto value = [&](const sim::RowsX& series, int node, int c) {
     const double now = series(at.index, 3 * node + c);

@@ -18,6 +18,7 @@ struct FramePlace {
   glm::dmat3 axes{1.0};      // of a turned frame, body axes
   int node = -1, next = -1;  // indices of the body's nodes, -1: rigid
   double share = 0.0;        // of `next`
+  bool held = false;         // the frame of a body's coordinates, where it is shown from another
 };
 
 // The frame by its name in scenes: "body", "body.frame", "ground". scene may be null: then only bodies and their nodes are known.

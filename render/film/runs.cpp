@@ -170,7 +170,7 @@ void add_outputs(std::span<const Run> runs, const std::vector<std::vector<Sample
     const double range = ranges[static_cast<Eigen::Index>(k)];
     const bool everywhere = std::all_of(runs.begin(), runs.end(), [&](const Run& run) { return find_output(*run.results, output.column); });
     // The first that is asked for, else the first that moves.
-    if (plotted.empty() && everywhere && (asked.empty() ? range > 0.0 : output.column == asked.front())) {
+    if (plotted.empty() && everywhere && (asked.empty() ? range > 0.0 : names_column(asked.front(), output.column))) {
       plotted = output.column;
       curves.push_back(fmt::format("{}: {}", runs[0].name, output.column));
       together.results.outputs.push_back({curves.back(), output.unit, output.values, output.description});

@@ -367,6 +367,8 @@ double parse_number(std::string_view text, const char* what, const std::string& 
 
 }  // namespace
 
+bool names_column(const std::string& word, const std::string& column) { return column == word || column.starts_with(word + "."); }
+
 double playback_speed(const RenderSettings& settings, double duration) {
   if (settings.speed > 0.0) return settings.speed;
   if (!(duration > 0.0) || (duration >= 2.0 && duration <= 600.0)) return 1.0;
@@ -455,7 +457,7 @@ void check_render_settings(const RenderSettings& settings, const sim::Results& r
   check_follow(settings, bodies, name);
   check_section(settings, bodies, name);
   for (const std::string& column : settings.overlay.plot)
-    if (std::find(columns.begin(), columns.end(), column) == columns.end())
+    if (std::none_of(columns.begin(), columns.end(), [&](const std::string& c) { return names_column(column, c); }))
       refuse(name, settings.overlay.plot_line, "overlay.plot", column, "column of the history", columns);
 }
 

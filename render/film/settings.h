@@ -82,9 +82,13 @@ struct CameraSettings {
   int follow_line = 0;                              // in the scene file, for messages
 };
 
+// Whether a word of `plot` means this column of the history: the column, or the output whose component it is.
+bool names_column(const std::string& word, const std::string& column);
+
 struct OverlaySettings {
   bool title = true, time = true, scalar_bar = true, triad = true, legend = true, note = true;
-  std::vector<std::string> plot;  // columns of the history
+  bool words = true;              // false: no text at all, neither values beside arrows, probes and dimensions
+  std::vector<std::string> plot;  // columns of the history, or outputs
   int plot_line = 0;              // in the scene file, for messages
   render::PlotPlace plot_place = render::PlotPlace::below;
 };

@@ -17,6 +17,7 @@ namespace flexframe::film {
 namespace {
 
 constexpr int even_moments = 200, peak_moments = 32;
+constexpr double most_looks = 1e6;  // at bodies, to find peaks of what colours them
 constexpr int window_moments = 16;  // within the camera's window, which may be shorter than the time between two others
 constexpr int moments_of_a_thread = 8;
 constexpr size_t turn_moments = 2;    // where a body's turn is measured: a pass over its triangles each
@@ -42,36 +43,10 @@ std::vector<int> support_of(const render::Mesh& mesh, int most) {
   return {chosen.begin(), chosen.end()};
 }
 
-// Times of the survey, ascending.
-std::vector<double> survey_times(const sim::Results& results, const RenderSettings& settings) {
-  const int count = picture_count(results.times, settings.frame_rate, settings.speed);
-  const auto time = [&](int k) { return picture_time(results.times, settings.frame_rate, settings.speed, k); };
-  std::set<int> chosen;
-  if (count <= even_moments) {
-    for (int k = 0; k < count; ++k) chosen.insert(k);
-  } else {
-    for (int k = 0; k < even_moments; ++k) chosen.insert(static_cast<int>(static_cast<long long>(k) * (count - 1) / (even_moments - 1)));
-    std::vector<std::pair<double, int>> peaks;
-    for (int k = 0; k < count; ++k) {
-      const SamplePlace place = find_sample(results.times, time(k));
-      double largest = 0.0;
-      for (const sim::ResultBody& body : results.bodies)
-        if (body.displacement.size() > 0) largest = std::max(largest, body.displacement.row(place.index).cwiseAbs().maxCoeff());
-      peaks.emplace_back(-largest, k);
-    }
-    std::partial_sort(peaks.begin(), peaks.begin() + peak_moments, peaks.end());
-    for (int k = 0; k < peak_moments; ++k) chosen.insert(peaks[k].second);
-  }
-  std::vector<double> times;
-  times.reserve(chosen.size());
-  for (int k : chosen) times.push_back(time(k));
-  return times;
-}
-
 glm::dvec3 transform(const glm::dmat4& pose, const glm::dvec3& p) { return glm::dvec3(pose * glm::dvec4(p, 1.0)); }
 
-// Samples at which the box of a body reaches farthest in one of 26 directions: pictures may fall between them.
-std::set<double> extreme_times(const sim::Results& results, const std::vector<BodyModel>& bodies) {
+// What is seen of the bodies, undeformed.
+std::vector<render::Bounds> boxes_of(const sim::Results& results, const std::vector<BodyModel>& bodies) {
   std::vector<render::Bounds> boxes;
   for (size_t b = 0; b < bodies.size(); ++b) {
     render::Bounds box;
@@ -81,13 +56,18 @@ std::set<double> extreme_times(const sim::Results& results, const std::vector<Bo
       for (const sim::ResultNode& node : results.bodies[b].nodes) box.add(glm::dvec3(node.origin.x(), node.origin.y(), node.origin.z()));
     boxes.push_back(box);
   }
+  return boxes;
+}
+
+// Samples at which the box of a body reaches farthest in one of 26 directions: pictures may fall between them.
+std::set<double> extreme_times(const sim::Results& results, const std::vector<render::Bounds>& boxes) {
   std::array<double, 26> best;
   std::array<Eigen::Index, 26> at{};
   best.fill(-1e300);
   // A body's box moves little from sample to sample: about 40 000 places are enough.
-  const Eigen::Index nt = results.times.size(), step = std::max<Eigen::Index>(1, nt * static_cast<Eigen::Index>(bodies.size()) / 40000);
+  const Eigen::Index nt = results.times.size(), step = std::max<Eigen::Index>(1, nt * static_cast<Eigen::Index>(boxes.size()) / 40000);
   for (Eigen::Index i = 0; i < nt; i += step)
-    for (size_t b = 0; b < bodies.size(); ++b) {
+    for (size_t b = 0; b < boxes.size(); ++b) {
       if (boxes[b].empty()) continue;
       const glm::dmat4 pose = body_pose(results.bodies[b], {i, 0.0});
       const glm::dvec3 middle = transform(pose, boxes[b].centre()), half = 0.5 * (boxes[b].upper - boxes[b].lower);
@@ -105,6 +85,92 @@ std::set<double> extreme_times(const sim::Results& results, const std::vector<Bo
   std::set<double> times;
   for (size_t k = 0; k < best.size(); ++k)
     if (best[k] > -1e300) times.insert(results.times[at[k]]);
+  return times;
+}
+
+// The speed of a body about a moment, m/s, by the corners of its box and its nodes: near that of the fastest vertex.
+double rough_speed(const sim::Results& results, const sim::ResultBody& body, const render::Bounds& box, double t) {
+  const sim::VecX& times = results.times;
+  const Eigen::Index n = times.size();
+  if (n < 2 || box.empty()) return 0.0;
+  const double half = 0.5 * (times[n - 1] - times[0]) / static_cast<double>(n - 1);
+  const double t0 = std::max(times[0], t - half), t1 = std::min(times[n - 1], t + half);
+  const SamplePlace a = find_sample(times, t0), b = find_sample(times, t1);
+  const glm::dmat4 before = body_pose(body, a), after = body_pose(body, b);
+  std::vector<glm::dvec3> corners;
+  render::append_corners(corners, box);
+  double way = 0.0, bent = 0.0;
+  for (const glm::dvec3& p : corners) way = std::max(way, glm::length(transform(after, p) - transform(before, p)));
+  const auto row = [](const auto& series, const SamplePlace& at) -> Eigen::RowVectorXd {
+    if (at.share <= 0.0) return series.row(at.index);
+    return (1.0 - at.share) * series.row(at.index) + at.share * series.row(at.index + 1);
+  };
+  if (body.displacement.size() > 0) {
+    const Eigen::RowVectorXd moved = row(body.displacement, b) - row(body.displacement, a);
+    for (Eigen::Index k = 0; k + 2 < moved.size(); k += 3) bent = std::max(bent, moved.segment<3>(k).norm());
+  }
+  return (way + bent) / (t1 - t0);
+}
+
+// Numbers of a moment that are large where colours are: of the body that has most, or, of what is elastic, of each of its coordinates.
+void measure_peaks(const sim::Results& results, const std::vector<render::Bounds>& boxes, ColorBy by, double t,
+                   std::vector<double>& measures) {
+  constexpr Eigen::Index coordinates = 12;  // of a body: the first, which move most
+  measures.clear();
+  const SamplePlace place = find_sample(results.times, t);
+  const bool elastic = by == ColorBy::strain || by == ColorBy::stress || by == ColorBy::mode;
+  double fastest = 0.0;
+  for (size_t b = 0; b < boxes.size(); ++b) {
+    const sim::ResultBody& body = results.bodies[b];
+    if (boxes[b].empty()) continue;
+    if (by == ColorBy::velocity) fastest = std::max(fastest, rough_speed(results, body, boxes[b], t));
+    if (!elastic) continue;
+    for (Eigen::Index k = 0; k < std::min(coordinates, body.q.cols()); ++k) measures.push_back(std::abs(body.q(place.index, k)));
+    if (body.load_strain.size() > 0) measures.push_back(body.load_strain.row(place.index).cwiseAbs().maxCoeff());
+    if (body.node_von_mises.size() > 0) measures.push_back(body.node_von_mises.row(place.index).maxCoeff());
+  }
+  if (by == ColorBy::velocity) measures.push_back(fastest);
+}
+
+// Times of the survey, ascending.
+std::vector<double> survey_times(const sim::Results& results, const RenderSettings& settings, const std::vector<render::Bounds>& boxes) {
+  const int count = picture_count(results.times, settings.frame_rate, settings.speed);
+  const auto time = [&](int k) { return picture_time(results.times, settings.frame_rate, settings.speed, k); };
+  std::set<int> chosen;
+  if (count <= even_moments) {
+    for (int k = 0; k < count; ++k) chosen.insert(k);
+  } else {
+    for (int k = 0; k < even_moments; ++k) chosen.insert(static_cast<int>(static_cast<long long>(k) * (count - 1) / (even_moments - 1)));
+    std::vector<std::pair<double, int>> peaks;
+    for (int k = 0; k < count; ++k) {
+      const SamplePlace place = find_sample(results.times, time(k));
+      double largest = 0.0;
+      for (const sim::ResultBody& body : results.bodies)
+        if (body.displacement.size() > 0) largest = std::max(largest, body.displacement.row(place.index).cwiseAbs().maxCoeff());
+      peaks.emplace_back(-largest, k);
+    }
+    std::partial_sort(peaks.begin(), peaks.begin() + peak_moments, peaks.end());
+    for (int k = 0; k < peak_moments; ++k) chosen.insert(peaks[k].second);
+    // Peaks of other colours than displacement.
+    const int step = 1 + static_cast<int>(static_cast<double>(count) * static_cast<double>(boxes.size()) / most_looks);
+    std::vector<std::vector<std::pair<double, int>>> of;
+    std::vector<double> measures;
+    for (int k = 0; k < count; k += step) {
+      measure_peaks(results, boxes, settings.color_by, time(k), measures);
+      of.resize(measures.size());
+      for (size_t m = 0; m < measures.size(); ++m) of[m].emplace_back(-measures[m], k);
+    }
+    const size_t each = of.empty() ? 0 : std::max<size_t>(2, peak_moments / of.size());
+    for (auto& order : of) {
+      const auto end = order.begin() + static_cast<std::ptrdiff_t>(std::min(each, order.size()));
+      std::partial_sort(order.begin(), end, order.end());
+      for (auto peak = order.begin(); peak != end; ++peak)
+        if (peak->first < 0.0) chosen.insert(peak->second);
+    }
+  }
+  std::vector<double> times;
+  times.reserve(chosen.size());
+  for (int k : chosen) times.push_back(time(k));
   return times;
 }
 
@@ -420,13 +486,20 @@ Survey survey_motion(const sim::Results& results, const std::vector<BodyModel>& 
     survey.support.push_back(std::move(points));
   }
 
-  std::vector<double> times = survey_times(results, settings);
-  for (const double t : extreme_times(results, bodies)) times.push_back(t);
-  if (const auto& window = settings.camera.window)
+  const std::vector<render::Bounds> boxes = boxes_of(results, bodies);
+  std::vector<double> times = survey_times(results, settings, boxes);
+  for (const double t : extreme_times(results, boxes)) times.push_back(t);
+  const auto look_within = [&](const std::pair<double, double>& window) {
     for (int k = 0; k <= window_moments; ++k) {
-      const double t = window->first + (window->second - window->first) * k / window_moments;
+      const double t = window.first + (window.second - window.first) * k / window_moments;
       if (t >= results.times[0] && t <= results.times[results.times.size() - 1]) times.push_back(t);
     }
+  };
+  if (settings.camera.window) look_within(*settings.camera.window);
+  // Colours that count what is seen in a window shorter than the time between two pictures.
+  if (const auto& window = settings.range.window;
+      window && std::none_of(times.begin(), times.end(), [&](double t) { return t >= window->first && t <= window->second; }))
+    look_within(*window);
   std::sort(times.begin(), times.end());
   times.erase(std::unique(times.begin(), times.end()), times.end());
   std::vector<Seen> seen(times.size());

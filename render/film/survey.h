@@ -12,8 +12,9 @@
 
 namespace flexframe::film {
 
-// Surveyed at every picture of a short sequence; of a long one at 200 even ones and the 32 with the largest node displacements; and at the
-// samples, between pictures too, at which a body reaches farthest in one of 26 directions.
+// Surveyed at every picture of a short sequence; of a long one at 200 even ones, the 32 with the largest node displacements, and those at
+// which what bodies are coloured by is likely to be largest (of speeds the fastest, of strain and stress those of the largest coordinates);
+// and at the samples, between pictures too, at which a body reaches farthest in one of 26 directions.
 struct Survey {
   struct Moment {
     double t = 0.0;

@@ -46,6 +46,21 @@ std::string axis_text(const std::string& label, int exponent, double size, doubl
   return text_width(cut, size) < 3.5 * size && cut != name ? fit_text(unit, size, room) : cut + " " + unit;
 }
 
+// The unit alone of an axis' words, with the power of ten: "[10⁻⁶ s]".
+std::string axis_unit(const std::string& label, int exponent, double size, double room) {
+  const std::size_t open = label.ends_with(']') ? label.rfind('[') : std::string::npos;
+  return axis_text(open == std::string::npos ? "" : label.substr(open), exponent, size, room);
+}
+
+// A name in no more than `room`; what follows its last dot stays, so that tip.x and tip.y are not cut to the same letters.
+std::string fit_name(const std::string& name, double size, double room) {
+  const std::size_t dot = name.rfind('.');
+  if (text_width(name, size) <= room || dot == std::string::npos) return fit_text(name, size, room);
+  const std::string last = name.substr(dot);
+  const double left = room - text_width(last, size);
+  return left > 2.5 * size ? fit_text(name.substr(0, dot), size, left) + last : fit_text(name, size, room);
+}
+
 std::string bar_text(const ScalarBar& bar, int exponent, double size, double room) {
   const std::string unit = bar.unit.empty() ? "" : "[" + bar.unit + "]";
   return axis_text(bar.label.empty() ? unit : unit.empty() ? bar.label : bar.label + " " + unit, exponent, size, room);
@@ -59,7 +74,8 @@ Ticks bar_ticks(const ScalarMap& map, double factor, int most) {
   const int decimals = std::clamp(static_cast<int>(std::ceil(-std::log10(ticks.step) - 1e-9)), 0, 12);
   const bool decades = map.logarithmic && lower > 0.0;
   const auto text = [&](double value) {
-    if (decades) return fmt::format("{:.3g}", value);
+    if (decades && (value < 999.5 || value >= 1e6)) return fmt::format("{:.3g}", value);
+    if (decades) return fmt::format("{:.0f}", value);
     // One decimal more than the others, where it says something.
     const std::string fine = number(value, decimals + 1);
     return fine.back() == '0' ? number(value, decimals) : fine;
@@ -156,15 +172,19 @@ struct Builder {
     p.x0 = lower[0], p.x1 = upper[0], p.y0 = lower[1], p.y1 = upper[1];
   }
 
-  void place_y_ticks(const Ticks& y_ticks, PlotLayout& p) {
+  // crowded: words stand over the numbers, too. silent: lines alone.
+  void place_y_ticks(const Ticks& y_ticks, bool crowded, bool silent, PlotLayout& p) {
     const double sy = p.axes.height / (p.y1 - p.y0);
     double last_y = 1e300;
     for (const Tick& t : y_ticks.values) {
       const double y = p.axes.y + p.axes.height - (t.value * std::pow(10.0, y_ticks.exponent) - p.y0) * sy;
       p.y_ticks.push_back(y);
-      if (last_y - y < 1.2 * small) continue;  // a line without its number rather than two numbers over each other
+      if (silent || last_y - y < 1.2 * small) continue;  // a line without its number rather than two numbers over each other
       last_y = y;
-      p.words.push_back({t.text, p.axes.x - 0.5 * small - text_width(t.text, small), centre_baseline(y, small), small, false, true});
+      // Not below the axis, where the other axis' numbers begin.
+      double baseline = std::min(centre_baseline(y, small), static_cast<double>(p.axes.y + p.axes.height));
+      if (crowded) baseline = std::max(baseline, p.axes.y + cap_height(small));
+      p.words.push_back({t.text, p.axes.x - 0.5 * small - text_width(t.text, small), baseline, small, false, true});
     }
   }
 
@@ -180,39 +200,91 @@ struct Builder {
       for (const Tick& t : x_ticks.values) total += text_width(t.text, small) + 1.5 * small;
       if (total <= p.axes.width || most == 2) break;
     }
+    const double baseline = p.axes.y + p.axes.height + 0.45 * small + cap_height(small);
+    const bool worded = roomy && !plot.x_label.empty();
+    double end = panel.x + panel.width - 0.25 * pad;
+    // Where the axis' words have no line of their own, a power of ten still stands behind the numbers; without room for it there are none.
+    if (!worded && x_ticks.exponent && baseline <= panel.y + panel.height) {
+      const std::string unit = axis_unit(plot.x_label, x_ticks.exponent, small, 1e300);
+      const double w = text_width(unit, small);
+      if (w <= p.axes.width) p.words.push_back({unit, end - w, baseline, small, false, false});
+      end = w <= p.axes.width ? end - w - 0.5 * small : -1e300;
+    }
     double last_x = -1e300;
     for (const Tick& t : x_ticks.values) {
       const double x = p.axes.x + (t.value * std::pow(10.0, x_ticks.exponent) - p.x0) * sx, w = text_width(t.text, small);
       p.x_ticks.push_back(x);
       const double at = std::min(x - 0.5 * w, panel.x + panel.width - w - 0.25 * pad);
-      const double baseline = p.axes.y + p.axes.height + 0.45 * small + cap_height(small);
-      if (at < last_x + 0.5 * small || baseline > panel.y + panel.height) continue;
+      if (at < last_x + 0.5 * small || baseline > panel.y + panel.height || at + w > end + 1e-9) continue;
       last_x = at + w;
       p.words.push_back({t.text, at, baseline, small, false, true});
     }
-    if (roomy && !plot.x_label.empty()) {
+    if (worded) {
       const std::string text = axis_text(plot.x_label, x_ticks.exponent, small, p.axes.width);
       p.words.push_back({text, p.axes.x + 0.5 * (p.axes.width - text_width(text, small)),
                          panel.y + panel.height - 0.4 * pad - descent(small) * 0.4, small, false, false});
     }
   }
 
-  // Names of the series above the axes, as many as fit. unit: stands with the name of a single one, where the axis has no room for it.
+  // Names of the series above the axes: what does not fit is shortened, the longest first, then left out. unit: stands there too where the
+  // axis has no room for its words, behind the name of a single series, before those of several.
   void place_names(const Plot& plot, const std::string& unit, PlotLayout& p) {
-    double x = p.axes.x;
-    const double sample = 1.6 * small;
-    for (std::size_t i = 0; i < plot.series.size(); ++i) {
-      const double free = p.axes.x + p.axes.width - x - sample - 0.5 * small;
-      if (free < 3.0 * small) break;
-      // Where the axis has no room for its words, the unit stands with the name.
-      const std::string with_unit = plot.series[i].label + " " + unit;
-      const bool alone = !unit.empty() && plot.series.size() == 1 && text_width(with_unit, small) <= free;
-      const std::string text = fit_text(alone ? with_unit : plot.series[i].label, small, free);
-      const double y = p.axes.y - 0.45 * line_height();
+    double x = p.axes.x, right = p.axes.x + p.axes.width;
+    double sample = 1.6 * small, gap = 1.6 * small;
+    const double y = p.axes.y - 0.45 * line_height();
+    const std::size_t count = plot.series.size();
+    const bool alone = count == 1 && !plot.series[0].label.empty();
+    if (!unit.empty() && !(alone && text_width(plot.series[0].label + " " + unit, small) <= right - x - sample - 0.5 * small)) {
+      x = p.panel.x + 0.5 * pad;
+      right = p.panel.x + p.panel.width - 0.25 * pad;
+    }
+    if (!unit.empty() && !alone) {
+      p.words.push_back({unit, x, centre_baseline(y, small), small, false, false});
+      x += text_width(unit, small) + small;
+    }
+    std::vector<double> widths;
+    double all = 0.0;
+    for (const Series& s : plot.series) {
+      widths.push_back(text_width(s.label, small));
+      all += sample + gap + widths.back();
+    }
+    // Closer together before any is cut.
+    if (all - gap + 0.5 * small > right - x) {
+      sample = 0.7 * small;
+      gap = 0.9 * small;
+      right = p.panel.x + p.panel.width - 0.25 * pad;
+    }
+    const double most = share_of(
+        widths, right - x - static_cast<double>(count) * (sample + 0.5 * small) - (static_cast<double>(count) - 1.0) * (gap - 0.5 * small));
+    for (std::size_t i = 0; i < count; ++i) {
+      const double free = right - x - sample - 0.5 * small;
+      if (free < std::min(3.0 * small, widths[i])) break;
+      const double room = std::min(free, std::max(most, 3.0 * small));
+      std::string text = fit_name(plot.series[i].label, small, room);
+      if (!unit.empty() && alone) {
+        const double left = free - text_width(" " + unit, small);
+        text = left >= 2.5 * small ? fit_name(plot.series[i].label, small, left) + " " + unit : unit;
+      }
       p.series_lines[i] = {static_cast<int>(x), static_cast<int>(std::lround(y)), static_cast<int>(sample), 1};
       p.series[i] = {text, x + sample + 0.4 * small, centre_baseline(y, small), small, false, false};
-      x += sample + 1.6 * small + text_width(text, small);
+      x += sample + gap + text_width(text, small);
     }
+  }
+
+  // What a unit among the names may be wide.
+  double unit_room(const Plot& plot, const PixelRect& panel) const {
+    return panel.width - 0.75 * pad - (plot.series.size() == 1 && !plot.series[0].label.empty() ? 2.1 * small : 0.0);
+  }
+
+  // The largest width that all may have so that their sum is no more than `room`.
+  static double share_of(std::vector<double> widths, double room) {
+    std::sort(widths.begin(), widths.end());
+    for (std::size_t i = 0; i < widths.size(); ++i) {
+      const double each = room / static_cast<double>(widths.size() - i);
+      if (widths[i] > each) return each;
+      room -= widths[i];
+    }
+    return 1e300;
   }
 
   void place_plot(int index, const PixelRect& panel) {
@@ -222,22 +294,25 @@ struct Builder {
     p.plot = index;
     set_ranges(plot, p);
     const double line = line_height();
-    const bool roomy = panel.height > 6.5 * line && panel.width > 18.0 * small;
-    const bool named =
-        !plot.series.empty() && std::any_of(plot.series.begin(), plot.series.end(), [](const Series& s) { return !s.label.empty(); });
+    const bool roomy = panel.height > 6.5 * line && panel.width > 18.0 * small, beside = panel.width > 14.0 * small;
+    const bool unplaced = !beside && (!plot.y_label.empty() || make_ticks(p.y0, p.y1, 2).exponent != 0);
+    const bool named = unplaced || std::any_of(plot.series.begin(), plot.series.end(), [](const Series& s) { return !s.label.empty(); });
     const double top = panel.y + 0.5 * pad + (named ? line : 0.3 * line);
     const double bottom = panel.y + panel.height - 0.4 * pad - line - (roomy && !plot.x_label.empty() ? line : 0.0);
     const Ticks y_ticks = make_ticks(p.y0, p.y1, std::max(2, static_cast<int>((bottom - top) / (1.9 * small))));
     double widest = 0.0;
     for (const Tick& t : y_ticks.values) widest = std::max(widest, text_width(t.text, small));
     const std::string y_label = axis_text(plot.y_label, y_ticks.exponent, small, panel.height - 2.0 * pad);
-    const bool y_named = !y_label.empty() && panel.width > 14.0 * small;
+    const bool y_named = !y_label.empty() && beside;
     const double left = panel.x + 0.7 * pad + widest + 0.5 * small + (y_named ? 1.4 * small : 0.0);
     const double right = panel.x + panel.width - pad;
     p.axes = {static_cast<int>(std::lround(left)), static_cast<int>(std::lround(top)),
               std::max(1, static_cast<int>(std::lround(right - left))), std::max(1, static_cast<int>(std::lround(bottom - top)))};
 
-    place_y_ticks(y_ticks, p);
+    // A power of ten that has no place at all takes the numbers along.
+    const std::string y_unit = axis_unit(plot.y_label, y_ticks.exponent, small, 1e300);
+    const bool silent = unplaced && y_ticks.exponent && text_width(y_unit, small) > unit_room(plot, panel);
+    place_y_ticks(y_ticks, unplaced, silent, p);
     place_x_ticks(plot, roomy, p);
     if (y_named) {
       const std::string& text = y_label;
@@ -249,7 +324,7 @@ struct Builder {
     }
     p.series.resize(plot.series.size());
     p.series_lines.resize(plot.series.size());
-    if (named) place_names(plot, y_named ? "" : y_label, p);
+    if (named) place_names(plot, y_named || text_width(y_unit, small) > unit_room(plot, panel) ? "" : y_unit, p);
     out.plots.push_back(std::move(p));
   }
 
@@ -264,11 +339,13 @@ struct Builder {
     double baseline = pad + cap_height(title_size);
     double free = width;
     if (!o.time.empty()) {
-      const std::string time = fit_text(o.time, time_size, width);
-      const double w = text_width(time, time_size);
-      out.words.push_back({time, out.scene.width - pad - w, baseline, time_size, false, false});
-      free -= w + 1.2 * time_size;
-      used = baseline + descent(time_size);
+      // Digits that are cut off would make it another time.
+      const double w = text_width(o.time, time_size);
+      if (w <= width) {
+        out.words.push_back({o.time, out.scene.width - pad - w, baseline, time_size, false, false});
+        free -= w + 1.2 * time_size;
+        used = baseline + descent(time_size);
+      }
     }
     if (!o.title.empty()) {
       const std::string title = fit_text(o.title, title_size, free, Weight::bold);
@@ -356,26 +433,62 @@ struct Builder {
     return rows * line + 0.8 * pad;
   }
 
-  // In the corners of what words leave free, one under or over the other where two share a corner.
+  // In the corners of what words leave free, one under or over the other where two share a corner; smaller where they have no room.
   void place_insets() {
+    if (picture.insets.empty()) return;
+    const PixelRect& room = out.views.front();
+    const double free_top = picture.views.empty() ? out.inner.y : room.y;
+    const double right = picture.views.empty() ? out.inner.x + out.inner.width : room.x + room.width;
+    const double free_bottom = picture.views.empty() ? out.inner.y + out.inner.height : room.y + room.height;
+    const auto upper = [](const Inset& i) { return i.corner == InsetCorner::upper_left || i.corner == InsetCorner::upper_right; };
+    const auto at_left = [](const Inset& i) { return i.corner == InsetCorner::upper_left || i.corner == InsetCorner::lower_left; };
+    // The axes stand in the lower left corner.
+    const double beside_axes = !out.triads.empty() ? 2.0 * (out.triad_radius + 1.1 * small) + 0.6 * pad : pad;
+
+    // The grid's note stands in the lower right corner.
+    const double over_note = out.grid_word >= 0 ? 1.5 * small : 0.0;
+
+    // By how much those of a side must be smaller to stand in its height, and how wide they may be where both sides have some.
+    double wanted[2] = {}, gaps[2] = {0.6 * pad, 0.6 * pad};
+    for (const Inset& inset : picture.insets) {
+      wanted[at_left(inset)] += std::clamp(inset.size, 0.1, 0.6) * room.height;
+      gaps[at_left(inset)] += 0.6 * pad;
+    }
+    double above = 0.0;  // of those at the upper left, which end over the axes
+    for (const Inset& inset : picture.insets)
+      if (upper(inset) && at_left(inset)) above += std::clamp(inset.size, 0.1, 0.6) * room.height + 0.6 * pad;
+    double shrink[2] = {};
+    for (int side = 0; side < 2; ++side) {
+      double free = free_bottom - free_top - gaps[side];
+      if (side == 1 && !out.triads.empty() && above > free - beside_axes) free -= beside_axes;
+      if (side == 0) free -= over_note;
+      shrink[side] = wanted[side] > 0.0 ? std::clamp(free / wanted[side], 0.0, 1.0) : 0.0;
+    }
+    const double width_of_all = right - room.x - pad - beside_axes;
+    const double widest = wanted[0] > 0.0 && wanted[1] > 0.0 ? 0.5 * (width_of_all - pad) : std::min(0.6 * room.width, width_of_all);
+
     double used[4] = {};
     for (const Inset& inset : picture.insets) {
-      const PixelRect& room = out.views.front();
-      const double free_top = picture.views.empty() ? out.inner.y : room.y;
-      const double right = picture.views.empty() ? out.inner.x + out.inner.width : room.x + room.width;
-      const double free_bottom = picture.views.empty() ? out.inner.y + out.inner.height : room.y + room.height;
-      const double height = std::clamp(inset.size, 0.1, 0.6) * room.height, width = std::min(1.3 * height, 0.6 * room.width);
+      const double height = std::clamp(inset.size, 0.1, 0.6) * room.height * shrink[at_left(inset)];
+      const double width = std::min(1.3 * height, widest);
       const auto corner = static_cast<std::size_t>(inset.corner);
-      const bool upper = inset.corner == InsetCorner::upper_left || inset.corner == InsetCorner::upper_right;
-      const bool at_left = inset.corner == InsetCorner::upper_left || inset.corner == InsetCorner::lower_left;
-      // The axes stand in the lower left corner.
-      const double step = !upper && at_left && !out.triads.empty() ? 2.0 * (out.triad_radius + 1.1 * small) + 0.6 * pad : pad;
-      const double x = at_left ? room.x + step : right - pad - width;
-      const double y = upper ? free_top + 0.4 * pad + used[corner] : free_bottom - 0.8 * pad - height - used[corner];
+      const double x = at_left(inset) ? room.x + (upper(inset) ? pad : beside_axes) : right - pad - width;
+      const double y = upper(inset) ? free_top + 0.4 * pad + used[corner]
+                                    : free_bottom - 0.8 * pad - height - used[corner] - (at_left(inset) ? 0.0 : over_note);
       used[corner] += height + 0.6 * pad;
-      out.magnified.push_back({static_cast<int>(std::lround(x)), static_cast<int>(std::lround(y)),
-                               std::max(8, static_cast<int>(std::lround(width))), std::max(8, static_cast<int>(std::lround(height)))});
+      out.magnified.push_back(
+          within_scene({static_cast<int>(std::lround(x)), static_cast<int>(std::lround(y)),
+                        std::max(8, static_cast<int>(std::lround(width))), std::max(8, static_cast<int>(std::lround(height)))}));
     }
+  }
+
+  // Whatever room there is, what is drawn lies within the picture and has a pixel at least.
+  PixelRect within_scene(PixelRect r) const {
+    r.width = std::clamp(r.width, 1, out.scene.width);
+    r.height = std::clamp(r.height, 1, out.scene.height);
+    r.x = std::clamp(r.x, 0, out.scene.width - r.width);
+    r.y = std::clamp(r.y, 0, out.scene.height - r.height);
+    return r;
   }
 
   Layout build() {
@@ -432,7 +545,7 @@ struct Builder {
                   x1 = out.inner.x + static_cast<int>(std::lround((v.left + v.width) * out.inner.width));
         const int y0 = out.inner.y + static_cast<int>(std::lround(v.top * out.inner.height)),
                   y1 = out.inner.y + static_cast<int>(std::lround((v.top + v.height) * out.inner.height));
-        out.views.push_back({x0, y0, std::max(1, x1 - x0), std::max(1, y1 - y0)});
+        out.views.push_back(within_scene({x0, y0, x1 - x0, y1 - y0}));
         if (o.triad) {
           out.triad_radius = std::max(13.0, 24.0 * out.unit);
           const double reach = out.triad_radius + 1.1 * small;

@@ -304,7 +304,7 @@ void draw_dot(Sheet& image, const Plot& plot, const PlotLayout& layout, std::siz
   const std::size_t i = std::max<std::ptrdiff_t>(after - s.x.begin() - 1, 0);
   const std::size_t j = std::min(i + 1, n - 1);
   const double span = s.x[j] - s.x[i], t = span > 0.0 ? std::clamp((plot.mark - s.x[i]) / span, 0.0, 1.0) : 0.0;
-  const double value = s.y[i] + t * (s.y[j] - s.y[i]);
+  const double value = s.now.value_or(s.y[i] + t * (s.y[j] - s.y[i]));
   if (!std::isfinite(value) || value < layout.y0 || value > layout.y1 || plot.mark < s.x.front() || plot.mark > s.x[n - 1]) return;
   const glm::dvec2 p(dot.mark, layout.axes.y + layout.axes.height - (value - layout.y0) * sy);
   fill_disc(image, p.x, p.y, std::max(3.0, 4.6 * dot.unit), dot.ink.panel);
@@ -653,11 +653,11 @@ namespace {
 
 // Decimals that show the times of pictures: exactly where few do, else to a fortieth of the time between two pictures. Steps of 0.125 are
 // shown with three, thirtieths, which have no end, with three too.
-int time_decimals(double step) {
+int time_decimals(double start, double step) {
   for (int decimals = 0; decimals < 12; ++decimals) {
     double worst = 0.0;
-    for (int k = 1; k <= 60; ++k) {
-      const double x = k * step * std::pow(10.0, decimals);
+    for (int k = 0; k <= 60; ++k) {
+      const double x = (start + k * step) * std::pow(10.0, decimals);
       worst = std::max(worst, std::abs(x - std::round(x)));
     }
     if (worst < 1e-6 || worst * std::pow(10.0, -decimals) <= 0.025 * step) return decimals;
@@ -667,7 +667,7 @@ int time_decimals(double step) {
 
 }  // namespace
 
-std::string time_text(double t, double step, double duration) {
+std::string time_text(double t, double step, double duration, double start) {
   struct Unit {
     double size;
     const char* name;
@@ -679,7 +679,7 @@ std::string time_text(double t, double step, double duration) {
     if (!(std::abs(duration) < 0.0999999 * u.size) || duration == 0.0) break;
   }
   const double shown = step > 0.0 ? step / unit.size : 1e-3;
-  const int decimals = time_decimals(shown);
+  const int decimals = time_decimals(start / unit.size, shown);
   std::string text = fmt::format("{:.{}f}", t / unit.size, decimals);
   if (text[0] == '-') text = text.find_first_not_of("-0.") == std::string::npos ? text.substr(1) : "−" + text.substr(1);
   return "t = " + text + " " + unit.name;

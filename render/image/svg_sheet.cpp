@@ -24,8 +24,12 @@ std::string paint_words(const char* kind, const glm::vec3& color, float opacity)
 }
 
 std::string text_element(std::string_view text, double size, Weight weight, const std::string& place, const std::string& paint) {
+  // XML has no place for control characters; in the pixels they are spaces, too.
+  std::string shown(text);
+  for (char& c : shown)
+    if (static_cast<unsigned char>(c) < 32) c = ' ';
   return fmt::format("<text {} font-size=\"{:.2f}\"{} textLength=\"{:.2f}\" lengthAdjust=\"spacingAndGlyphs\" {}>{}</text>\n", place, size,
-                     weight == Weight::bold ? " font-weight=\"bold\"" : "", text_width(text, size, weight), paint, escape_html(text));
+                     weight == Weight::bold ? " font-weight=\"bold\"" : "", text_width(text, size, weight), paint, escape_html(shown));
 }
 
 std::string at_words(const glm::dvec2& at) { return fmt::format("x=\"{:.2f}\" y=\"{:.2f}\"", at.x, at.y); }

@@ -152,8 +152,8 @@ double walk(Font& asked, std::string_view text, double size, Visit visit) {
   const Font* last = nullptr;
   while (!text.empty()) {
     const int code = next_character(text);
-    if (code < 32) continue;
-    const auto [f, index] = find_glyph(asked, code);
+    // A line's end is a space here.
+    const auto [f, index] = find_glyph(asked, code < 32 ? ' ' : code);
     if (previous && f == last) pen += stbtt_GetGlyphKernAdvance(&f->info, previous, index) * size / f->unit;
     visit(*f, index, pen);
     int advance = 0, bearing = 0;

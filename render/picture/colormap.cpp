@@ -112,7 +112,10 @@ glm::vec3 category_color(int index) {
                                                                  {191, 196, 99},
                                                                  {21, 177, 244}}};
   const auto& c = colors[(index % 10 + 10) % 10];
-  return glm::vec3(c[0], c[1], c[2]) / 255.0f;
+  const glm::vec3 color = glm::vec3(c[0], c[1], c[2]) / 255.0f;
+  // Of equal colours nobody knows which is which; these are 14 apart at least.
+  const int ten = (index % 30 + 30) % 30 / 10;
+  return ten == 1 ? glm::mix(color, glm::vec3(1.0f), 0.4f) : ten == 2 ? 0.55f * color : color;
 }
 
 glm::vec3 map_color(const ScalarMap& map, double share) {

@@ -23,7 +23,8 @@ std::vector<std::string_view> colormap_names();
 // Colour at t in [0, 1] (clamped), sRGB 0..1; NaN gives mid grey.
 glm::vec3 colormap_color(Colormap map, double t);
 
-// Colours to tell bodies, series and modes apart (well apart also for the colour-blind), repeating after 10; sRGB.
+// Colours to tell bodies, series and modes apart (well apart also for the colour-blind); the second ten are lighter, the third darker,
+// then they repeat. sRGB.
 glm::vec3 category_color(int index);
 
 }  // namespace flexframe::render

@@ -212,6 +212,7 @@ struct Series {
   std::string label;
   std::span<const double> x, y;  // of equal length; NaN interrupts the line
   glm::vec3 color{-1.0f};        // negative: next of the standard colours
+  std::optional<double> now{};   // the value at the plot's mark, where the points are too few to tell it
 };
 
 // Diagram of histories; the part up to the mark is drawn strong, what is to come faint, with a dot on each series.
@@ -297,8 +298,8 @@ struct Picture {
   Bounds bounds;  // of the whole motion: light, shadow and ground keep still over a sequence; empty: of this picture
 };
 
-// "t = 0.400 s" with as many decimals as tell pictures `step` seconds apart, in s, ms or µs by the duration.
-std::string time_text(double t, double step, double duration);
+// "t = 0.400 s" with as many decimals as tell pictures `step` seconds apart from `start` on, in s, ms or µs by the duration.
+std::string time_text(double t, double step, double duration, double start = 0.0);
 
 // "× 20", "× 1.5": a scale as the note and the legend write it.
 std::string scale_text(double scale);

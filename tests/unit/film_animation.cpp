@@ -4,6 +4,7 @@
 #include "render/film/overlay.h"
 #include "render/film/survey.h"
 #include "render/frame/camera.h"
+#include "render/picture/colormap.h"
 #include "scratch.h"
 #include "sim/scene/scene_reader.h"
 
@@ -614,6 +615,149 @@ TEST(Colours, AShortPeakDoesNotSetTheirRange) {
   EXPECT_NEAR(upper("color_range = { percentile = 50 }\n"), 0.001 * std::sin(0.25 * M_PI), 3e-5);
   EXPECT_NEAR(upper("color_range = { window = [1, 9] }\n"), 0.001, 1e-5);
   EXPECT_THROW(upper("color_range = { window = [11, 12] }\n"), sim::InputError);
+}
+
+// A pulse of two pictures among thousands, between those that are surveyed evenly: the bar ends above it.
+TEST(Colours, ShortPeaksOfLongFilmsAreFound) {
+  sim::Results r;
+  constexpr int samples = 20001;
+  r.times = sim::VecX::LinSpaced(samples, 0.0, 20.0);
+  sim::ResultBody block = test::swinging_beam(0.0, samples, 20.0).bodies[1];
+  for (const double start : {7.02, 7.04, 7.08, 7.11}) {
+    double x = 0.0;
+    for (int i = 0; i < samples; ++i) {
+      block.position.row(i) << x, 0.0, 0.0;
+      block.orientation.row(i) << 1.0, 0.0, 0.0, 0.0;
+      x += 0.001 * (r.times[i] > start && r.times[i] < start + 0.04 ? 50.0 : 1.0);
+    }
+    r.bodies = {block};
+    const film::RenderSettings s =
+        film::parse_render_settings("[render]\nframe_rate = 60\ncolor_by = \"velocity\"\ncolor_range = \"full\"\n", "scene.toml");
+    EXPECT_NEAR(film::make_animation(r, s, nullptr).scalar_map.upper, 50.0, 1e-3) << start;
+  }
+}
+
+// What the survey did not see is told by the picture that shows it.
+TEST(Colours, APictureBeyondTheSurveySaysSo) {
+  const sim::Results r = test::swinging_beam(0.01);
+  film::Animation a = film::make_animation(r, small_settings(), nullptr);
+  a.scalar_map.upper *= 0.5;
+  film::PictureMemory memory;
+  bool beyond = false;
+  for (int k = 0; k < a.count; ++k) {
+    film::update_picture(a, k, memory);
+    float largest = 0.0f;
+    for (const auto& of_body : memory.scalars)
+      for (const float v : of_body) largest = std::max(largest, v);
+    EXPECT_EQ(memory.picture.scalar_map.above.has_value(), static_cast<double>(largest) > 1.01 * a.scalar_map.upper) << k;
+    beyond = beyond || memory.picture.scalar_map.above;
+  }
+  EXPECT_TRUE(beyond);
+}
+
+// A window between two pictures is looked at too; one beyond the run is answered with where that lies.
+TEST(Colours, WindowsMayLieBetweenPictures) {
+  const sim::Results r = test::swinging_beam(0.001, 1001, 10.0);
+  const auto upper = [&](const std::string& window) {
+    const film::RenderSettings s =
+        film::parse_render_settings("[render]\nscales = [1]\ncolor_range = { window = " + window + " }\n", "scene.toml");
+    return film::make_animation(r, s, nullptr).scalar_map.upper;
+  };
+  EXPECT_NEAR(upper("[5.051, 5.052]"), std::abs(0.001 * std::sin(9.0 * 5.0515)), 3e-5);
+  try {
+    upper("[11, 12]");
+    ADD_FAILURE();
+  } catch (const sim::InputError& e) {
+    EXPECT_NE(std::string(e.what()).find("from 0 to 10 s"), std::string::npos) << e.what();
+  }
+}
+
+TEST(Colours, ARangeInPascalBesideAYieldStressIsRefused) {
+  const sim::Results r = test::swinging_beam(0.01);
+  const auto draw = [&](const std::string& range) {
+    film::make_animation(
+        r, film::parse_render_settings("[render]\ncolor_by = \"stress\"\nyield_stress = 3e8\ncolor_range = " + range, "scene.toml"),
+        nullptr);
+  };
+  EXPECT_NO_THROW(draw("[0, 0.8]"));
+  EXPECT_THROW(draw("[0, 2.4e8]"), sim::InputError);
+}
+
+sim::ResultOutput column(const std::string& name, const sim::VecX& values) { return {name, "m", values, ""}; }
+
+// Two outputs that move alike but far from each other would be two flat lines in one panel.
+TEST(Plots, CurvesFarApartHavePanelsOfTheirOwn) {
+  sim::Results r = test::swinging_beam(0.01);
+  const sim::VecX y = r.outputs[0].values;
+  r.outputs = {column("a", y), column("b", (y.array() + 0.3).matrix()), column("far", (y.array() + 2000.0).matrix()),
+               column("zero", 0.0 * y)};
+  const film::Animation a = film::make_animation(
+      r, film::parse_render_settings("[render]\noverlay = { plot = [\"a\", \"b\", \"far\", \"zero\"] }\n", "s"), nullptr);
+  ASSERT_EQ(a.panels.size(), 3u);
+  EXPECT_EQ(a.panels[0].series.size(), 2u);
+  EXPECT_EQ(a.panels[1].series[0].label, "far");
+  EXPECT_EQ(a.panels[1].y_label, "m");
+  // Nothing is as good as 0 m: no nanometres.
+  EXPECT_EQ(a.panels[2].y_label, "m");
+}
+
+// An output's name means all its columns, once each.
+TEST(Plots, OutputsStandForTheirColumns) {
+  sim::Results r = test::swinging_beam(0.01);
+  const sim::VecX y = r.outputs[0].values;
+  r.outputs = {column("tip.x", y), column("tip.y", 2.0 * y), column("tipping", y)};
+  const film::RenderSettings s = film::parse_render_settings("[render]\noverlay = { plot = [\"tip.y\", \"tip\"] }\n", "s");
+  film::check_render_settings(s, r, "s");
+  const film::Animation a = film::make_animation(r, s, nullptr);
+  ASSERT_EQ(a.panels.size(), 1u);
+  ASSERT_EQ(a.panels[0].series.size(), 2u);
+  EXPECT_EQ(a.panels[0].series[0].label, "tip.y");
+  EXPECT_EQ(a.panels[0].series[1].label, "tip.x");
+  const film::RenderSettings wrong = film::parse_render_settings("[render]\noverlay = { plot = [\"tip.z\"] }\n", "s");
+  EXPECT_THROW(film::check_render_settings(wrong, r, "s"), sim::InputError);
+}
+
+// The dot of a curve of more samples than are drawn stands at the output's value at the picture's time.
+TEST(Plots, DotsOfManySamplesStandAtTheirValues) {
+  sim::Results r = test::swinging_beam(0.01, 20001, 1.0);
+  sim::VecX fast(r.times.size());
+  for (Eigen::Index i = 0; i < fast.size(); ++i) fast[i] = std::sin(2.0 * M_PI * 1700.0 * r.times[i]);
+  r.outputs = {column("fast", fast)};
+  const film::Animation a =
+      film::make_animation(r, film::parse_render_settings("[render]\nspeed = 0.37\noverlay = { plot = [\"fast\"] }\n", "s"), nullptr);
+  film::PictureMemory memory;
+  EXPECT_EQ(a.panels[0].series[0].x.front(), r.times[0]);
+  EXPECT_EQ(a.panels[0].series[0].x.back(), r.times[r.times.size() - 1]);
+  for (int k = 0; k < a.count; k += 7) {
+    film::update_picture(a, k, memory);
+    const film::SamplePlace now = film::find_sample(r.times, film::picture_time(a, k));
+    double value = fast[now.index];
+    if (now.share > 0.0) value += now.share * (fast[now.index + 1] - value);
+    ASSERT_TRUE(memory.picture.overlay.plots[0].series[0].now);
+    EXPECT_DOUBLE_EQ(*memory.picture.overlay.plots[0].series[0].now, a.panels[0].factor * value);
+  }
+}
+
+// Curves of runs that are drawn together have the colours of their runs, in whatever panel and whatever order.
+TEST(Plots, CurvesOfRunsHaveTheirColours) {
+  sim::Results r = test::swinging_beam(0.01);
+  const sim::VecX y = r.outputs[0].values;
+  r.outputs = {column("fine: y", y), column("coarse: y", 50.0 * y), column("coarse - fine: y", 49.0 * y)};
+  film::RenderSettings s =
+      film::parse_render_settings("[render]\noverlay = { plot = [\"fine: y\", \"coarse: y\", \"coarse - fine: y\"] }\n", "s");
+  s.runs = {{"fine", glm::vec3(1, 0, 0)}, {"coarse", glm::vec3(0, 1, 0)}};
+  const film::Animation a = film::make_animation(r, s, nullptr);
+  film::PictureMemory memory;
+  film::update_picture(a, 0, memory);
+  int found = 0;
+  for (const render::Plot& plot : memory.picture.overlay.plots)
+    for (const render::Series& series : plot.series) {
+      const bool difference = series.label.starts_with("coarse - ");
+      EXPECT_EQ(series.color, difference ? render::category_color(2) : glm::vec3(series.label[0] == 'f', series.label[0] == 'c', 0))
+          << series.label;
+      ++found;
+    }
+  EXPECT_EQ(found, 3);
 }
 
 }  // namespace

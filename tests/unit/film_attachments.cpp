@@ -39,6 +39,100 @@ TEST(Places, FramesFollowTheirNodes) {
   EXPECT_EQ(film::place_pose(results, *ground, at, 1.0), glm::dmat4(1.0));
 }
 
+// A beam alone is its root, wherever the deformation is shown from.
+TEST(Places, ABeamAloneIsItsRoot) {
+  sim::Results results = test::swinging_beam();
+  sim::ResultBody& beam = results.bodies[0];
+  beam.nodes[0].name = "root";
+  beam.displacement.col(1).setConstant(0.02);  // as seen from mean axes
+  const film::SamplePlace at{120, 0.0};
+  for (const double scale : {1.0, 10.0}) {
+    const glm::dmat4 alone = film::place_pose(results, film::find_place(results, nullptr, "beam").value(), at, scale),
+                     root = film::place_pose(results, film::find_place(results, nullptr, "beam.root").value(), at, scale);
+    EXPECT_EQ(alone, root);
+    EXPECT_NEAR(glm::length(glm::dvec3(alone[3])), scale * 0.02, 1e-12);
+  }
+}
+
+// The own frame of a modal body that is shown from elsewhere is that of its coordinates.
+TEST(Places, AModalBodyAloneIsTheFrameOfItsCoordinates) {
+  sim::Results results = test::swinging_beam();
+  test::make_modal(results);
+  sim::ResultBody& beam = results.bodies[0];
+  beam.kind = "modal";
+  beam.held_position = Eigen::MatrixX3d::Zero(results.times.size(), 3);
+  beam.held_rotation = beam.held_position;
+  beam.held_position.col(1).setConstant(0.03);
+  beam.held_rotation.col(2).setConstant(0.5 * M_PI);
+  beam.shown_columns = sim::MatX::Zero(6, 2);
+  const film::SamplePlace at{120, 0.5};
+  const film::FramePlace place = film::find_place(results, nullptr, "beam").value();
+  for (const double scale : {1.0, 10.0}) {
+    const glm::dmat4 pose = film::place_pose(results, place, at, scale), body = film::body_pose(beam, at);
+    EXPECT_LT(glm::length(glm::dvec3(pose[3] - body[3]) - scale * 0.03 * glm::dvec3(body[1])), 1e-12);
+    EXPECT_LT(glm::length(glm::dvec3(pose[0] - body[1])), 1e-12);
+  }
+}
+
+// A point that goes round five hundred times: its trace is the circle, not a star through every sixth sample.
+TEST(Attachments, TracesOfManySamplesKeepTheirShape) {
+  constexpr int samples = 10001;
+  sim::Results results = test::swinging_beam(0.0, samples, 10.0);
+  results.bodies.erase(results.bodies.begin());
+  for (int i = 0; i < samples; ++i) {
+    const double angle = 2.0 * M_PI * 50.0 * results.times[i];
+    results.bodies[0].position.row(i) << std::cos(angle), std::sin(angle), 0.0;
+  }
+  const film::Animation animation = film::make_animation(results, words("traces = [\"block\"]\n"), nullptr);
+  film::PictureMemory memory;
+  film::update_picture(animation, animation.count - 1, memory);
+  const auto line = std::find_if(memory.picture.lines.begin(), memory.picture.lines.end(), [](const render::Lines& l) { return l.strip; });
+  ASSERT_NE(line, memory.picture.lines.end());
+  double least = 1.0;
+  for (size_t k = 1; k < line->points.size(); ++k)
+    least = std::min(least, static_cast<double>(glm::length(0.5f * (line->points[k - 1] + line->points[k]))));
+  EXPECT_GT(least, 0.98);
+}
+
+// legend = false takes that of arrows along, and --no-overlay every word.
+TEST(Attachments, WordsThatAreNotWantedAreNotThere) {
+  const sim::Results results = test::swinging_beam();
+  const std::string text =
+      std::string(test::swinging_scene) +
+      "[[force]]\nkind = \"force\"\non = \"block\"\ndirection = [0, 1, 0]\nvalue = 8\n[render]\nforces = true\nextremes = true\n"
+      "dimensions = [{ from = \"ground\", to = \"block\" }]\n";
+  const sim::Scene scene = sim::parse_scene(text, "s.toml");
+  film::RenderSettings s = film::parse_render_settings(text, "s.toml");
+  film::PictureMemory memory;
+  const auto draw = [&] { film::update_picture(film::make_animation(results, s, &scene), 5, memory); };
+  draw();
+  EXPECT_EQ(memory.picture.overlay.legend.size(), 1u);
+  EXPECT_EQ(memory.picture.labels.size(), 3u);
+  EXPECT_FALSE(memory.picture.dimensions.at(0).text.empty());
+  s.overlay.legend = false;
+  draw();
+  EXPECT_TRUE(memory.picture.overlay.legend.empty());
+  s.overlay.words = false;
+  draw();
+  EXPECT_TRUE(memory.picture.labels.empty());
+  EXPECT_TRUE(memory.picture.dimensions.at(0).text.empty());
+  EXPECT_FALSE(memory.picture.overlay.grid_note);
+}
+
+TEST(Attachments, ProbesWithoutAValueAreToldOf) {
+  const sim::Results results = test::swinging_beam();
+  const auto probe = [&](const std::string& table) {
+    const film::Animation a = film::make_animation(results, words(table), nullptr);
+    film::PictureMemory memory;
+    film::update_picture(a, 3, memory);
+    const bool told = std::any_of(a.warnings.begin(), a.warnings.end(), [](const std::string& w) { return w.starts_with("probe "); });
+    return std::pair(told, memory.picture.labels.size());
+  };
+  EXPECT_EQ(probe("probes = [\"beam.node8\"]\n"), std::pair(false, size_t{1}));
+  EXPECT_EQ(probe("probes = [\"block\"]\n"), std::pair(true, size_t{0}));  // rigid: no displacement
+  EXPECT_EQ(probe("probes = [\"block\"]\ncolor_by = \"velocity\"\n"), std::pair(false, size_t{1}));
+}
+
 TEST(Attachments, TracesGrowAndEndAtTheirPoint) {
   const sim::Results results = test::swinging_beam();
   film::RenderSettings s = words("edges = false\ntraces = [\"block\"]\ntriads = [\"beam\"]\nscales = [1]\n");
@@ -333,6 +427,12 @@ TEST(Channels, SixteenBitsBesideThePictures) {
   const film::FilmReport report = film::film(animation, {.folder = folder / "frames", .resume = true, .workers = 1});
   EXPECT_EQ(report.drawn, 1);
   EXPECT_TRUE(fs::exists(folder / "depth/frame_00002.png"));
+  // Numbers that go by the logarithm say so, and only they.
+  EXPECT_TRUE(render::read_png_text(folder / "scalar/frame_00003.png", "flexframe-scale").empty());
+  s.range.logarithmic = true;
+  film::film(film::make_animation(results, s, nullptr), {.folder = folder / "log", .first = 3, .end = 4, .workers = 1});
+  EXPECT_EQ(render::read_png_text(folder / "scalar/frame_00003.png", "flexframe-scale"), "log");
+  EXPECT_TRUE(render::read_png_text(folder / "depth/frame_00003.png", "flexframe-scale").empty());
 }
 
 }  // namespace

@@ -222,6 +222,27 @@ TEST(Text, TimesHaveTheDecimalsThatTellPicturesApart) {
     }
 }
 
+TEST(Text, TimesOfARunThatBeginsAnywhere) {
+  for (const double start : {0.0, 0.034327725876, -1.69153e-6, 12.5, 3.0001})
+    for (const double step : {1.0 / 30, 0.0041, 0.2})
+      for (int k = 0; k < 5; ++k) {
+        const double t = start + k * step;
+        std::string text = time_text(t, step, start + 10.0, start);
+        if (const size_t minus = text.find("−"); minus != std::string::npos) text.replace(minus, 3, "-");
+        EXPECT_NEAR(std::stod(text.substr(4)), t, 0.0251 * step) << text << " of " << t;
+      }
+}
+
+TEST(Text, EndsOfLinesAreSpaces) {
+  EXPECT_DOUBLE_EQ(text_width("a\nb\tc", 20.0), text_width("a b c", 20.0));
+  SvgSheet sheet;
+  draw_text(sheet, {0.0, 10.0},
+            "a\nb\x01"
+            "c",
+            12.0, glm::vec3(0.0f));
+  EXPECT_NE(sheet.body.find(">a b c<"), std::string::npos) << sheet.body;
+}
+
 TEST(Text, CharactersThatNoFontHasAreNamed) {
   EXPECT_EQ(missing_characters("Flexframe × µ² −"), "");
   // A private character: no font has it, fallback or not.
@@ -385,6 +406,121 @@ TEST(Layout, LabelsOfPlotsKeepTheirUnit) {
     }
 }
 
+// Numbers without their power of ten are other numbers: it and the unit stand somewhere however small the panels are.
+TEST(Layout, NumbersOfNarrowPlotsKeepPowerAndUnit) {
+  static const std::vector<double> x = {0.0, 1e-6, 2e-6}, y = {-1e-7, 3e-7, 2e-7};
+  for (const Size size : {Size{320, 240}, Size{200, 150}, Size{640, 360}, Size{1280, 720}})
+    for (const PlotPlace place : {PlotPlace::below, PlotPlace::beside})
+      for (const int series : {1, 2}) {
+        Picture p;
+        p.size = size;
+        p.overlay.plot_place = place;
+        for (int k = 0; k < 3; ++k) {
+          Plot plot{"t [s]", "[mm]", {}, 0.0, {}, {}};
+          for (int i = 0; i < series; ++i) plot.series.push_back({.label = "tip.y", .x = x, .y = y});
+          p.overlay.plots.push_back(plot);
+        }
+        for (const PlotLayout& plot : make_layout(p).plots) {
+          // Words that are cut say nothing; numbers without room for their power are left out.
+          bool x_numbers = false, y_numbers = false;
+          std::string all = plot.y_label.text;
+          for (const TextLine& w : plot.words) {
+            all += "|" + w.text;
+            const bool number = w.text.find_first_not_of("−0123456789.") == std::string::npos;
+            (w.x < plot.axes.x && w.y < plot.axes.y + plot.axes.height + 1 ? y_numbers : x_numbers) |= number;
+          }
+          EXPECT_EQ(all.find("…"), std::string::npos) << all;
+          for (const TextLine& w : plot.series) all += "|" + w.text;
+          if (y_numbers) EXPECT_NE(all.find("[10⁻⁹ mm]"), std::string::npos) << all << " " << size.width;
+          if (x_numbers) EXPECT_NE(all.find("10⁻⁶ s]"), std::string::npos) << all << " " << size.width;
+          EXPECT_TRUE(size.width < 320 || y_numbers) << all << " " << size.width;
+        }
+      }
+}
+
+// One long name leaves the others room, and what tells two outputs apart stays.
+TEST(Layout, NamesOfCurvesShareTheirRoom) {
+  static const std::vector<double> x = {0.0, 1.0, 2.0}, y = {-0.1, 0.3, 0.2};
+  Picture p;
+  p.size = {640, 480};
+  const std::string name = "force of the long named spring at the left end of the machine and its mount on the wall of the hall";
+  p.overlay.plots.push_back({"t [s]", "[m]", {{name + ".x", x, y}, {"tip.y", x, y}, {name + ".y", x, y}}, 0.5, {}, {}});
+  const PlotLayout plot = make_layout(p).plots[0];
+  EXPECT_TRUE(plot.series[0].text.starts_with("force of the") && plot.series[0].text.ends_with("….x")) << plot.series[0].text;
+  EXPECT_EQ(plot.series[1].text, "tip.y");
+  EXPECT_TRUE(plot.series[2].text.ends_with("….y")) << plot.series[2].text;
+  // In a narrow panel they move together before one is left out.
+  p.size = {400, 300};
+  p.overlay.plots = {{"t [s]", "[m]", {{"tip.x", x, y}, {"tip.y", x, y}}, 0.5, {}, {}}};
+  p.overlay.plot_place = PlotPlace::beside;
+  const PlotLayout narrow = make_layout(p).plots[0];
+  EXPECT_FALSE(narrow.series[0].text.empty() || narrow.series[1].text.empty());
+}
+
+TEST(Layout, LogarithmicBarsHavePlainNumbers) {
+  Picture p = full_overlay({640, 480});
+  p.overlay.scalar_bar = ScalarBar{"speed", "m/s", 1.0};
+  p.scalar_map.lower = 3.0;
+  p.scalar_map.upper = 3000.0;
+  p.scalar_map.logarithmic = true;
+  const Layout layout = make_layout(p);
+  std::string all;
+  for (const TextLine& w : layout.bar.words) all += w.text + "|";
+  EXPECT_NE(all.find("3000|"), std::string::npos) << all;
+  EXPECT_NE(all.find("1000|"), std::string::npos) << all;
+  EXPECT_EQ(all.find("e+"), std::string::npos) << all;
+}
+
+// A time without its last digits is another time.
+TEST(Layout, TheTimeIsWholeOrNotThere) {
+  for (const int width : {60, 90, 120, 320}) {
+    Picture p = full_overlay({width, 90});
+    for (const TextLine& w : make_layout(p).words)
+      if (w.text.starts_with("t =")) EXPECT_EQ(w.text, p.overlay.time);
+  }
+}
+
+// Whatever is asked for and however small the picture, views and insets lie within it; in one large enough insets lie beside each other.
+TEST(Layout, InsetsLieWithinThePicture) {
+  const InsetCorner corners[] = {InsetCorner::upper_left, InsetCorner::upper_right, InsetCorner::lower_left, InsetCorner::lower_right};
+  for (const Size size : {Size{640, 480}, Size{1280, 720}, Size{320, 240}, Size{33, 21}, Size{16, 16}, Size{100, 30}})
+    for (int choice = 0; choice < 256; ++choice)
+      for (const int views : {0, 4}) {
+        Picture p = full_overlay(size);
+        for (int i = 0, c = choice; i < 4; ++i, c /= 4) {
+          Inset inset;
+          inset.size = 0.6;
+          inset.corner = corners[c % 4];
+          p.insets.push_back(inset);
+        }
+        for (int i = 0; i < views; ++i) {
+          View view;
+          view.left = 0.5 * (i % 2);
+          view.top = 0.5 * (i / 2);
+          view.width = view.height = 0.5;
+          p.views.push_back(view);
+        }
+        const Layout layout = make_layout(p);
+        std::vector<PixelRect> all = layout.views;
+        all.insert(all.end(), layout.magnified.begin(), layout.magnified.end());
+        for (const PixelRect& r : all)
+          ASSERT_TRUE(r.x >= 0 && r.y >= 0 && r.width > 0 && r.height > 0 && r.x + r.width <= size.width && r.y + r.height <= size.height)
+              << r.x << " " << r.y << " " << r.width << " " << r.height << " of " << size.width;
+        if (size.width < 640 || views > 0) continue;
+        for (std::size_t i = 0; i < 4; ++i)
+          for (std::size_t j = 0; j < i; ++j) {
+            const PixelRect &a = layout.magnified[i], &b = layout.magnified[j];
+            ASSERT_FALSE(a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height)
+                << "choice " << choice << ": " << a.y << "+" << a.height << " over " << b.y << "+" << b.height;
+          }
+        // The grid's note stays clear.
+        ASSERT_GE(layout.grid_word, 0);
+        const TextLine& note = layout.words[static_cast<std::size_t>(layout.grid_word)];
+        for (const PixelRect& r : layout.magnified)
+          ASSERT_FALSE(r.x + r.width > note.x && r.y + r.height > note.y - cap_height(note.size)) << choice;
+      }
+}
+
 TEST(Shapes, AreClosedAndFaceOutwards) {
   const std::vector<glm::dvec3> path = {{0, 0, 0}, {1, 0.2, 0}, {2, 0.2, 0.5}, {2, 0.2, 0.5}, {3, 0, 0}};
   const std::pair<const char*, Shape> shapes[] = {{"arrow", make_arrow(2.0)},     {"ball", make_ball(0.7)},
@@ -448,6 +584,7 @@ TEST(Colors, CategoriesCanBeToldApartByEveryEye) {
   for (const glm::mat3& sight : sights) {
     EXPECT_GT(least_distance(10, sight), 23.0);
     EXPECT_GT(least_distance(4, sight), 31.0);
+    EXPECT_GT(least_distance(30, sight), &sight == sights ? 14.0 : 0.5);
   }
 }
 
