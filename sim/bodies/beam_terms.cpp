@@ -190,6 +190,52 @@ Vec3 tilted_momentum(const Mat3& S, const Vec3& about_a, const Vec3& about_b) {
   return (A * S - S * A) * about_b + 0.5 * S * (A * about_b);
 }
 
+// Shear beams: rotary inertia of the sections, whose tensor turns with them.
+template <class Rows, class Number>
+void add_rotary_inertia(Integrals& sum, const Properties& p, const BeamEffects& effects, const Rows& r, const Number& weight) {
+  const bool xy = effects.bending_xy, xz = effects.bending_xz, to = effects.torsion;
+  const double iy = p.inertia_y, iz = p.inertia_z, iyz = p.inertia_yz;
+  if (xy) add_square(sum.Me, r.phi_z, iz * weight);
+  if (xz) add_square(sum.Me, r.s, iy * weight);
+  if (xy && xz && iyz != 0.0) add_symmetric(sum.Me, r.phi_z, r.s, iyz * weight);
+  add_row(sum.Cr0.row(1), r.s, -iy * weight);
+  add_row(sum.Cr0.row(1), r.phi_z, -iyz * weight);
+  add_row(sum.Cr0.row(2), r.phi_z, iz * weight);
+  add_row(sum.Cr0.row(2), r.s, iyz * weight);
+  const Mat3 section = section_tensor(p);
+  const auto turned = [&](const auto& angle, const Vec3& axis) {
+    const Mat3 turn = skew(axis), d = turn * section - section * turn;
+    const std::array<double, 6> each = {d(0, 0), d(1, 1), d(2, 2), d(0, 1), d(0, 2), d(1, 2)};
+    for (Eigen::Index a = 0; a < 6; ++a)
+      if (each[static_cast<size_t>(a)] != 0.0) add_row(sum.J1.row(a), angle, each[static_cast<size_t>(a)] * weight);
+  };
+  turned(r.theta, Vec3::UnitX());
+  turned(r.s, -Vec3::UnitY());
+  turned(r.phi_z, Vec3::UnitZ());
+  // And to second order: what a shaft that spins about its own axis has of its sections' spin.
+  const auto tilted = [&](const auto& a, const Vec3& about_a, const auto& b, const Vec3& about_b, bool same) {
+    const std::array<double, 6> each = tilted_tensor(section, about_a, about_b);
+    for (size_t k = 0; k < 6; ++k) {
+      if (each[k] == 0.0) continue;
+      if (same) add_square(sum.J2[k], a, each[k] * weight);
+      else add_symmetric(sum.J2[k], a, b, each[k] * weight);
+    }
+    const Vec3 ab = tilted_momentum(section, about_a, about_b), ba = tilted_momentum(section, about_b, about_a);
+    for (size_t k = 0; k < 3; ++k) {
+      const double even = same ? ab[k] : 0.5 * (ab[k] + ba[k]), odd = 0.5 * (ba[k] - ab[k]);
+      if (even != 0.0 && same) add_square(sum.Cr1[k], a, even * weight);
+      else if (even != 0.0) add_symmetric(sum.Cr1[k], a, b, even * weight);
+      if (odd != 0.0 && !same) add_cross(sum.Cr1[k], a, b, odd * weight);
+    }
+  };
+  if (xy) tilted(r.phi_z, Vec3::UnitZ(), r.phi_z, Vec3::UnitZ(), true);
+  if (xz) tilted(r.s, -Vec3::UnitY(), r.s, -Vec3::UnitY(), true);
+  if (xy && xz) tilted(r.s, -Vec3::UnitY(), r.phi_z, Vec3::UnitZ(), false);
+  if (to) tilted(r.theta, Vec3::UnitX(), r.theta, Vec3::UnitX(), true);
+  if (to && xy) tilted(r.theta, Vec3::UnitX(), r.phi_z, Vec3::UnitZ(), false);
+  if (to && xz) tilted(r.theta, Vec3::UnitX(), r.s, -Vec3::UnitY(), false);
+}
+
 // x, weight: m, a number or one a station.
 template <class Rows, class Number>
 void add_stations_of(Integrals& sum, const Properties& p, const BeamEffects& effects, const Rows& r, const Number& x,
@@ -256,49 +302,7 @@ void add_stations_of(Integrals& sum, const Properties& p, const BeamEffects& eff
     }
   }
 
-  // shear beams: rotary inertia of the sections, the tensor turned to first order
-  if (effects.shear) {
-    const double iy = p.inertia_y, iz = p.inertia_z, iyz = p.inertia_yz;
-    if (xy) add_square(sum.Me, r.phi_z, iz * weight);
-    if (xz) add_square(sum.Me, r.s, iy * weight);
-    if (xy && xz && iyz != 0.0) add_symmetric(sum.Me, r.phi_z, r.s, iyz * weight);
-    add_row(sum.Cr0.row(1), r.s, -iy * weight);
-    add_row(sum.Cr0.row(1), r.phi_z, -iyz * weight);
-    add_row(sum.Cr0.row(2), r.phi_z, iz * weight);
-    add_row(sum.Cr0.row(2), r.s, iyz * weight);
-    const Mat3 section = section_tensor(p);
-    const auto turned = [&](const auto& angle, const Vec3& axis) {
-      const Mat3 turn = skew(axis), d = turn * section - section * turn;
-      const std::array<double, 6> each = {d(0, 0), d(1, 1), d(2, 2), d(0, 1), d(0, 2), d(1, 2)};
-      for (Eigen::Index a = 0; a < 6; ++a)
-        if (each[static_cast<size_t>(a)] != 0.0) add_row(sum.J1.row(a), angle, each[static_cast<size_t>(a)] * weight);
-    };
-    turned(r.theta, Vec3::UnitX());
-    turned(r.s, -Vec3::UnitY());
-    turned(r.phi_z, Vec3::UnitZ());
-    // And to second order: what a shaft that spins about its own axis has of its sections' spin.
-    const auto tilted = [&](const auto& a, const Vec3& about_a, const auto& b, const Vec3& about_b, bool same) {
-      const std::array<double, 6> each = tilted_tensor(section, about_a, about_b);
-      for (size_t k = 0; k < 6; ++k) {
-        if (each[k] == 0.0) continue;
-        if (same) add_square(sum.J2[k], a, each[k] * weight);
-        else add_symmetric(sum.J2[k], a, b, each[k] * weight);
-      }
-      const Vec3 ab = tilted_momentum(section, about_a, about_b), ba = tilted_momentum(section, about_b, about_a);
-      for (size_t k = 0; k < 3; ++k) {
-        const double even = same ? ab[k] : 0.5 * (ab[k] + ba[k]), odd = 0.5 * (ba[k] - ab[k]);
-        if (even != 0.0 && same) add_square(sum.Cr1[k], a, even * weight);
-        else if (even != 0.0) add_symmetric(sum.Cr1[k], a, b, even * weight);
-        if (odd != 0.0 && !same) add_cross(sum.Cr1[k], a, b, odd * weight);
-      }
-    };
-    if (xy) tilted(r.phi_z, Vec3::UnitZ(), r.phi_z, Vec3::UnitZ(), true);
-    if (xz) tilted(r.s, -Vec3::UnitY(), r.s, -Vec3::UnitY(), true);
-    if (xy && xz) tilted(r.s, -Vec3::UnitY(), r.phi_z, Vec3::UnitZ(), false);
-    if (to) tilted(r.theta, Vec3::UnitX(), r.theta, Vec3::UnitX(), true);
-    if (to && xy) tilted(r.theta, Vec3::UnitX(), r.phi_z, Vec3::UnitZ(), false);
-    if (to && xz) tilted(r.theta, Vec3::UnitX(), r.s, -Vec3::UnitY(), false);
-  }
+  if (effects.shear) add_rotary_inertia(sum, p, effects, r, weight);
 }
 
 template <class Rows, class Number>
@@ -428,6 +432,47 @@ double lagrange(const GaussRule& rule, std::size_t l, double x) {
   return value;
 }
 
+// What the sections' inertia has of first and second order; the particles are there already. c: their places times root_mass.
+void set_section_inertia(const FlexibleBody& body, const Properties& p, const BeamEffects& effects, const VecX& c, AxisMass& out) {
+  const Eigen::Index n = body.n, count = c.size();
+  const VecX weight = out.root_mass.cwiseAbs2() / p.mass;
+  const MatX& twist = out.row[AxisMass::twist];
+  if (!effects.shear && twist.size() > 0) {
+    out.J2[1] = (2.0 * (p.inertia_z - p.inertia_y)) * (twist * weight.asDiagonal() * twist.transpose());
+    out.J2[2] = -out.J2[1];
+  }
+  if (effects.shear) {
+    out.J1 = body.J1;
+    const VecX cx = 2.0 * (out.phi.leftCols(count) * c);
+    out.J1.row(1) -= cx.transpose(), out.J1.row(2) -= cx.transpose();
+    out.J1.row(3) += (out.phi.middleCols(count, count) * c).transpose();
+    out.J1.row(4) += (out.phi.rightCols(count) * c).transpose();
+    const Mat3 section = section_tensor(p);
+    const auto tilted = [&](const MatX& a, const Vec3& about_a, const MatX& b, const Vec3& about_b) {
+      if (a.size() == 0 || b.size() == 0) return;
+      const bool same = &a == &b;
+      const MatX product = a * weight.asDiagonal() * b.transpose();
+      const auto add = [&](MatX& to, double one, double other) {
+        if (one == 0.0 && other == 0.0) return;
+        if (to.size() == 0) to = MatX::Zero(n, n);
+        to += one * product;
+        if (!same) to += other * product.transpose();
+      };
+      const std::array<double, 6> each = tilted_tensor(section, about_a, about_b);
+      for (size_t i = 0; i < each.size(); ++i) add(out.J2[i], each[i], each[i]);
+      const Vec3 ab = tilted_momentum(section, about_a, about_b), ba = tilted_momentum(section, about_b, about_a);
+      for (size_t i = 0; i < 3; ++i) add(out.Cr1[i], ba[static_cast<Eigen::Index>(i)], ab[static_cast<Eigen::Index>(i)]);
+    };
+    const MatX &in_xy = out.row[AxisMass::slope_y], &in_xz = out.row[AxisMass::slope_z];
+    tilted(in_xy, Vec3::UnitZ(), in_xy, Vec3::UnitZ());
+    tilted(in_xz, -Vec3::UnitY(), in_xz, -Vec3::UnitY());
+    tilted(in_xz, -Vec3::UnitY(), in_xy, Vec3::UnitZ());
+    tilted(twist, Vec3::UnitX(), twist, Vec3::UnitX());
+    tilted(twist, Vec3::UnitX(), in_xy, Vec3::UnitZ());
+    tilted(twist, Vec3::UnitX(), in_xz, -Vec3::UnitY());
+  }
+}
+
 }  // namespace
 
 void set_axis_mass(FlexibleBody& body, const Properties& p, const BeamEffects& effects, const Basis& Z, const AxisPoints& particles) {
@@ -495,42 +540,7 @@ void set_axis_mass(FlexibleBody& body, const Properties& p, const BeamEffects& e
   out.Cr0.row(1) += (out.phi.rightCols(count) * c).transpose();
   out.Cr0.row(2) -= (out.phi.middleCols(count, count) * c).transpose();
   out.Me = body.Me - out.phi * out.phi.transpose();
-  const VecX weight = out.root_mass.cwiseAbs2() / p.mass;
-  const MatX& twist = out.row[AxisMass::twist];
-  if (!effects.shear && twist.size() > 0) {
-    out.J2[1] = (2.0 * (p.inertia_z - p.inertia_y)) * (twist * weight.asDiagonal() * twist.transpose());
-    out.J2[2] = -out.J2[1];
-  }
-  if (effects.shear) {
-    out.J1 = body.J1;
-    const VecX cx = 2.0 * (out.phi.leftCols(count) * c);
-    out.J1.row(1) -= cx.transpose(), out.J1.row(2) -= cx.transpose();
-    out.J1.row(3) += (out.phi.middleCols(count, count) * c).transpose();
-    out.J1.row(4) += (out.phi.rightCols(count) * c).transpose();
-    const Mat3 section = section_tensor(p);
-    const auto tilted = [&](const MatX& a, const Vec3& about_a, const MatX& b, const Vec3& about_b) {
-      if (a.size() == 0 || b.size() == 0) return;
-      const bool same = &a == &b;
-      const MatX product = a * weight.asDiagonal() * b.transpose();
-      const auto add = [&](MatX& to, double one, double other) {
-        if (one == 0.0 && other == 0.0) return;
-        if (to.size() == 0) to = MatX::Zero(n, n);
-        to += one * product;
-        if (!same) to += other * product.transpose();
-      };
-      const std::array<double, 6> each = tilted_tensor(section, about_a, about_b);
-      for (size_t i = 0; i < each.size(); ++i) add(out.J2[i], each[i], each[i]);
-      const Vec3 ab = tilted_momentum(section, about_a, about_b), ba = tilted_momentum(section, about_b, about_a);
-      for (size_t i = 0; i < 3; ++i) add(out.Cr1[i], ba[static_cast<Eigen::Index>(i)], ab[static_cast<Eigen::Index>(i)]);
-    };
-    const MatX &in_xy = out.row[AxisMass::slope_y], &in_xz = out.row[AxisMass::slope_z];
-    tilted(in_xy, Vec3::UnitZ(), in_xy, Vec3::UnitZ());
-    tilted(in_xz, -Vec3::UnitY(), in_xz, -Vec3::UnitY());
-    tilted(in_xz, -Vec3::UnitY(), in_xy, Vec3::UnitZ());
-    tilted(twist, Vec3::UnitX(), twist, Vec3::UnitX());
-    tilted(twist, Vec3::UnitX(), in_xy, Vec3::UnitZ());
-    tilted(twist, Vec3::UnitX(), in_xz, -Vec3::UnitY());
-  }
+  set_section_inertia(body, p, effects, c, out);
 }
 
 namespace {
