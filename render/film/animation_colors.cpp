@@ -225,8 +225,8 @@ void set_colors(Animation& animation, const Survey& survey) {
   // Nobody means a thousand times the yield stress: that is a stress in Pa.
   if (const auto& asked = animation.settings.color_range;
       asked && animation.settings.color_by == ColorBy::stress && shares_of_yield(animation.bodies) && asked->second > 1e3)
-    throw sim::InputError(fmt::format(
-        "[render] color_range [{:g}, {:g}]: beside a yield stress colours are shares of it, 1 is where something yields; write [0, 1]",
+    animation.warnings.push_back(fmt::format(
+        "color_range [{:g}, {:g}]: beside a yield stress colours are shares of it, 1 is where something yields; write color_range = [0, 1]",
         asked->first, asked->second));
   double all = survey.largest_scalar, at = 0.0;
   double largest = upper_end(animation, survey, all, at);

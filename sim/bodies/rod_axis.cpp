@@ -179,40 +179,25 @@ Mat3 tensor(const Vec6& I) {
   return out;
 }
 
-// What the tensor of the sections, turned by theta, has beyond theta = 0, in the rod's axes: xx, x across, and their derivatives by q.
-struct Tilted {
-  double square = 0.0, product = 0.0;  // of xx, less of across across; of x across
-  VecX d_square, d_product;
-};
-Tilted tilted(const RodAxis& rod, const RodState& s) {
-  Tilted out;
-  const VecX sine = s.sine + s.theta, cosine = s.versed.array() + 1.0;
-  const VecX squares = sine.cwiseAbs2(), products = sine.cwiseProduct(cosine);
-  out.square = rod.tilt.dot(squares);
-  out.product = rod.tilt.dot(products);
-  out.d_square = rod.turn.transpose() * (2.0 * rod.tilt.cwiseProduct(products));
-  out.d_product = rod.turn.transpose() * rod.tilt.cwiseProduct(VecX(1.0 - 2.0 * squares.array()));
-  return out;
-}
-
-// The inertia of the sections, and its derivative by q.
+// The inertia of the sections, turned by theta, and its derivative by q.
 Vec6 section_inertia(const RodAxis& rod, const VecX& q, const RodState& s) {
   Vec6 I = rod.J0;
   if (rod.J1.size() > 0) I += rod.J1 * q;
-  if (rod.tilt.size() > 0) {
-    const Tilted t = tilted(rod, s);
-    I[0] -= t.square, I[rod.towards] += t.square, I[rod.towards + 2] += t.product;
-  }
+  if (rod.tilt.size() == 0) return I;
+  const VecX sine = s.sine + s.theta, cosine = s.versed.array() + 1.0;
+  const double square = rod.tilt.dot(sine.cwiseAbs2());
+  I[0] -= square, I[rod.towards] += square;
+  I[rod.towards + 2] += rod.tilt.dot(sine.cwiseProduct(cosine));
   return I;
 }
 Mat6X section_inertia_change(const RodAxis& rod, const RodState& s) {
   Mat6X out = rod.J1;
-  if (rod.tilt.size() > 0) {
-    const Tilted t = tilted(rod, s);
-    out.row(0) -= t.d_square.transpose();
-    out.row(rod.towards) += t.d_square.transpose();
-    out.row(rod.towards + 2) += t.d_product.transpose();
-  }
+  if (rod.tilt.size() == 0) return out;
+  const VecX sine = s.sine + s.theta, cosine = s.versed.array() + 1.0;
+  const VecX by_square = rod.turn.transpose() * (2.0 * rod.tilt.cwiseProduct(sine.cwiseProduct(cosine)));
+  out.row(0) -= by_square.transpose();
+  out.row(rod.towards) += by_square.transpose();
+  out.row(rod.towards + 2) += (rod.turn.transpose() * rod.tilt.cwiseProduct(VecX(1.0 - 2.0 * sine.array().square()))).transpose();
   return out;
 }
 
