@@ -2,8 +2,8 @@
 //
 // The beam lies along +x of its body frame from the root (x = 0) to the tip (x = L); its section is the same all along, given about
 // its centroid. Elastic fields: lengthening u, deflections v (in xy) and w (in xz), twist theta; a section turns by (theta, -w', v').
-// Euler-Bernoulli: the sections' rotary inertia about y and z is left out, that about x (rho (Iy + Iz)) is kept. Timoshenko shear
-// with rotary inertia is an option of finite elements.
+// Euler-Bernoulli: of the sections' rotary inertia about y and z what is alike is left out; that about x (rho (Iy + Iz)) is kept.
+// Timoshenko shear with all of it is an option of finite elements.
 //
 // The frame's boundary says which deformations exist relative to the body frame (it is no joint):
 //   clamped_free         u v w theta and slopes zero at the root

@@ -105,6 +105,8 @@ BeamChain make_lumped_beam(const BeamDef& def, const BeamEffects& effects) {
     // the series of nodes are the elements' boundaries: the middles of whole pieces, where a piece is tangent to the beam
     part.frames[boundary_node] = k == 0 ? 0.0 : k + 2 == cuts.size() ? 1.0 : 0.5;
     BeamPiece piece{fmt::format("element[{}]", k), make_fe_beam(part, inside), cuts[k]};
+    const beam::Properties own = beam::properties(part, inside);
+    piece.body.J0 += beam::rotary_inertia(own, effects) - beam::rotary_inertia(own, inside);
     std::vector<FlexibleNode>& nodes = piece.body.nodes;
     nodes.resize(nodes.size() - 2);
     for (FlexibleNode& node : nodes)

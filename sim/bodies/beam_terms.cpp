@@ -190,18 +190,9 @@ Vec3 tilted_momentum(const Mat3& S, const Vec3& about_a, const Vec3& about_b) {
   return (A * S - S * A) * about_b + 0.5 * S * (A * about_b);
 }
 
-// Shear beams: rotary inertia of the sections, whose tensor turns with them.
+// Rotary inertia of the sections, whose tensor turns with them: with their twist, and with shear with their slopes too.
 template <class Rows, class Number>
 void add_rotary_inertia(Integrals& sum, const Properties& p, const BeamEffects& effects, const Rows& r, const Number& weight) {
-  const bool xy = effects.bending_xy, xz = effects.bending_xz, to = effects.torsion;
-  const double iy = p.inertia_y, iz = p.inertia_z, iyz = p.inertia_yz;
-  if (xy) add_square(sum.Me, r.phi_z, iz * weight);
-  if (xz) add_square(sum.Me, r.s, iy * weight);
-  if (xy && xz && iyz != 0.0) add_symmetric(sum.Me, r.phi_z, r.s, iyz * weight);
-  add_row(sum.Cr0.row(1), r.s, -iy * weight);
-  add_row(sum.Cr0.row(1), r.phi_z, -iyz * weight);
-  add_row(sum.Cr0.row(2), r.phi_z, iz * weight);
-  add_row(sum.Cr0.row(2), r.s, iyz * weight);
   const Mat3 section = section_tensor(p);
   const auto turned = [&](const auto& angle, const Vec3& axis) {
     const Mat3 turn = skew(axis), d = turn * section - section * turn;
@@ -209,9 +200,6 @@ void add_rotary_inertia(Integrals& sum, const Properties& p, const BeamEffects& 
     for (Eigen::Index a = 0; a < 6; ++a)
       if (each[static_cast<size_t>(a)] != 0.0) add_row(sum.J1.row(a), angle, each[static_cast<size_t>(a)] * weight);
   };
-  turned(r.theta, Vec3::UnitX());
-  turned(r.s, -Vec3::UnitY());
-  turned(r.phi_z, Vec3::UnitZ());
   // And to second order: what a shaft that spins about its own axis has of its sections' spin.
   const auto tilted = [&](const auto& a, const Vec3& about_a, const auto& b, const Vec3& about_b, bool same) {
     const std::array<double, 6> each = tilted_tensor(section, about_a, about_b);
@@ -228,10 +216,26 @@ void add_rotary_inertia(Integrals& sum, const Properties& p, const BeamEffects& 
       if (odd != 0.0 && !same) add_cross(sum.Cr1[k], a, b, odd * weight);
     }
   };
+  if (effects.torsion) {
+    turned(r.theta, Vec3::UnitX());
+    tilted(r.theta, Vec3::UnitX(), r.theta, Vec3::UnitX(), true);
+  }
+  if (!effects.shear) return;
+
+  const bool xy = effects.bending_xy, xz = effects.bending_xz, to = effects.torsion;
+  const double iy = p.inertia_y, iz = p.inertia_z, iyz = p.inertia_yz;
+  if (xy) add_square(sum.Me, r.phi_z, iz * weight);
+  if (xz) add_square(sum.Me, r.s, iy * weight);
+  if (xy && xz && iyz != 0.0) add_symmetric(sum.Me, r.phi_z, r.s, iyz * weight);
+  add_row(sum.Cr0.row(1), r.s, -iy * weight);
+  add_row(sum.Cr0.row(1), r.phi_z, -iyz * weight);
+  add_row(sum.Cr0.row(2), r.phi_z, iz * weight);
+  add_row(sum.Cr0.row(2), r.s, iyz * weight);
+  turned(r.s, -Vec3::UnitY());
+  turned(r.phi_z, Vec3::UnitZ());
   if (xy) tilted(r.phi_z, Vec3::UnitZ(), r.phi_z, Vec3::UnitZ(), true);
   if (xz) tilted(r.s, -Vec3::UnitY(), r.s, -Vec3::UnitY(), true);
   if (xy && xz) tilted(r.s, -Vec3::UnitY(), r.phi_z, Vec3::UnitZ(), false);
-  if (to) tilted(r.theta, Vec3::UnitX(), r.theta, Vec3::UnitX(), true);
   if (to && xy) tilted(r.theta, Vec3::UnitX(), r.phi_z, Vec3::UnitZ(), false);
   if (to && xz) tilted(r.theta, Vec3::UnitX(), r.s, -Vec3::UnitY(), false);
 }
@@ -294,15 +298,9 @@ void add_stations_of(Integrals& sum, const Properties& p, const BeamEffects& eff
     sum.J2[4] -= c[2];
     sum.Cr1[1] -= c[2];
     sum.Cr1[2] += c[1];
-    // A twisted section's own moments of inertia: what turns about y or z has it lie in the plane of rotation (propeller moment).
-    if (to && !effects.shear) {
-      const Number turned = 2.0 * (p.inertia_z - p.inertia_y) * weight, back = -turned;
-      add_square(sum.J2[1], r.theta, turned);
-      add_square(sum.J2[2], r.theta, back);
-    }
   }
 
-  if (effects.shear) add_rotary_inertia(sum, p, effects, r, weight);
+  if (effects.shear || to) add_rotary_inertia(sum, p, effects, r, weight);
 }
 
 template <class Rows, class Number>
@@ -408,6 +406,19 @@ void set_second_order(FlexibleBody& body, const Integrals& sum, const MatX& Z) {
 
 MatX in_body(const MatX& m, const Basis& Z) { return congruent(m, Z); }
 
+Vec6 rotary_inertia(const Properties& p, const BeamEffects& effects) {
+  const double L = p.length;
+  Vec3 across(p.inertia_y, p.inertia_z, -p.inertia_yz);  // yy, zz, yz, kg m
+  if (!effects.shear) {
+    const double half = 0.5 * (across[0] - across[1]), smaller = 0.5 * (across[0] + across[1]) - std::hypot(half, across[2]);
+    const bool xy = effects.bending_xy && !effects.torsion, xz = effects.bending_xz && !effects.torsion;
+    across.head<2>().array() -= xy == xz ? smaller : xy ? across[1] : across[0];
+    // Not where a piece is hardly longer than deep.
+    across.head<2>() = across.head<2>().cwiseMax(-p.mass * L * L / 24.0);
+  }
+  return L * (Vec6() << 0.0, across[0], across[1], 0.0, 0.0, across[2]).finished();
+}
+
 FlexibleBody linear_body(const Integrals& sum, const Properties& p, const BeamEffects& effects, const Basis& Z) {
   const double L = p.length, m = p.mass * L;
   FlexibleBody body;
@@ -415,7 +426,7 @@ FlexibleBody linear_body(const Integrals& sum, const Properties& p, const BeamEf
   body.mass = m;
   body.md0 = Vec3(0.5 * m * L, 0.0, 0.0);
   body.J0 << (p.inertia_y + p.inertia_z) * L, m * L * L / 3.0, m * L * L / 3.0, 0.0, 0.0, 0.0;
-  if (effects.shear) body.J0 += (Vec6() << 0.0, p.inertia_y * L, p.inertia_z * L, 0.0, 0.0, -p.inertia_yz * L).finished();
+  body.J0 += rotary_inertia(p, effects);
   body.md1 = sum.md1 * Z;
   body.J1 = sum.J1 * Z;
   body.Cr0 = sum.Cr0 * Z;
@@ -436,41 +447,36 @@ double lagrange(const GaussRule& rule, std::size_t l, double x) {
 void set_section_inertia(const FlexibleBody& body, const Properties& p, const BeamEffects& effects, const VecX& c, AxisMass& out) {
   const Eigen::Index n = body.n, count = c.size();
   const VecX weight = out.root_mass.cwiseAbs2() / p.mass;
-  const MatX& twist = out.row[AxisMass::twist];
-  if (!effects.shear && twist.size() > 0) {
-    out.J2[1] = (2.0 * (p.inertia_z - p.inertia_y)) * (twist * weight.asDiagonal() * twist.transpose());
-    out.J2[2] = -out.J2[1];
-  }
-  if (effects.shear) {
-    out.J1 = body.J1;
-    const VecX cx = 2.0 * (out.phi.leftCols(count) * c);
-    out.J1.row(1) -= cx.transpose(), out.J1.row(2) -= cx.transpose();
-    out.J1.row(3) += (out.phi.middleCols(count, count) * c).transpose();
-    out.J1.row(4) += (out.phi.rightCols(count) * c).transpose();
-    const Mat3 section = section_tensor(p);
-    const auto tilted = [&](const MatX& a, const Vec3& about_a, const MatX& b, const Vec3& about_b) {
-      if (a.size() == 0 || b.size() == 0) return;
-      const bool same = &a == &b;
-      const MatX product = a * weight.asDiagonal() * b.transpose();
-      const auto add = [&](MatX& to, double one, double other) {
-        if (one == 0.0 && other == 0.0) return;
-        if (to.size() == 0) to = MatX::Zero(n, n);
-        to += one * product;
-        if (!same) to += other * product.transpose();
-      };
-      const std::array<double, 6> each = tilted_tensor(section, about_a, about_b);
-      for (size_t i = 0; i < each.size(); ++i) add(out.J2[i], each[i], each[i]);
-      const Vec3 ab = tilted_momentum(section, about_a, about_b), ba = tilted_momentum(section, about_b, about_a);
-      for (size_t i = 0; i < 3; ++i) add(out.Cr1[i], ba[static_cast<Eigen::Index>(i)], ab[static_cast<Eigen::Index>(i)]);
+  if (!effects.shear && !effects.torsion) return;
+  out.J1 = body.J1;
+  const VecX cx = 2.0 * (out.phi.leftCols(count) * c);
+  out.J1.row(1) -= cx.transpose(), out.J1.row(2) -= cx.transpose();
+  out.J1.row(3) += (out.phi.middleCols(count, count) * c).transpose();
+  out.J1.row(4) += (out.phi.rightCols(count) * c).transpose();
+  const Mat3 section = section_tensor(p);
+  const auto tilted = [&](const MatX& a, const Vec3& about_a, const MatX& b, const Vec3& about_b) {
+    if (a.size() == 0 || b.size() == 0) return;
+    const bool same = &a == &b;
+    const MatX product = a * weight.asDiagonal() * b.transpose();
+    const auto add = [&](MatX& to, double one, double other) {
+      if (one == 0.0 && other == 0.0) return;
+      if (to.size() == 0) to = MatX::Zero(n, n);
+      to += one * product;
+      if (!same) to += other * product.transpose();
     };
-    const MatX &in_xy = out.row[AxisMass::slope_y], &in_xz = out.row[AxisMass::slope_z];
-    tilted(in_xy, Vec3::UnitZ(), in_xy, Vec3::UnitZ());
-    tilted(in_xz, -Vec3::UnitY(), in_xz, -Vec3::UnitY());
-    tilted(in_xz, -Vec3::UnitY(), in_xy, Vec3::UnitZ());
-    tilted(twist, Vec3::UnitX(), twist, Vec3::UnitX());
-    tilted(twist, Vec3::UnitX(), in_xy, Vec3::UnitZ());
-    tilted(twist, Vec3::UnitX(), in_xz, -Vec3::UnitY());
-  }
+    const std::array<double, 6> each = tilted_tensor(section, about_a, about_b);
+    for (size_t i = 0; i < each.size(); ++i) add(out.J2[i], each[i], each[i]);
+    const Vec3 ab = tilted_momentum(section, about_a, about_b), ba = tilted_momentum(section, about_b, about_a);
+    for (size_t i = 0; i < 3; ++i) add(out.Cr1[i], ba[static_cast<Eigen::Index>(i)], ab[static_cast<Eigen::Index>(i)]);
+  };
+  const MatX &in_xy = out.row[AxisMass::slope_y], &in_xz = out.row[AxisMass::slope_z], &twist = out.row[AxisMass::twist];
+  tilted(twist, Vec3::UnitX(), twist, Vec3::UnitX());
+  if (!effects.shear) return;
+  tilted(in_xy, Vec3::UnitZ(), in_xy, Vec3::UnitZ());
+  tilted(in_xz, -Vec3::UnitY(), in_xz, -Vec3::UnitY());
+  tilted(in_xz, -Vec3::UnitY(), in_xy, Vec3::UnitZ());
+  tilted(twist, Vec3::UnitX(), in_xy, Vec3::UnitZ());
+  tilted(twist, Vec3::UnitX(), in_xz, -Vec3::UnitY());
 }
 
 }  // namespace

@@ -55,7 +55,9 @@ void set_rotary(const FlexibleBody& body, double length, CutBeam& beam) {
   beam.rotary << J[0], J[3], J[4], J[3], J[1] - axis, J[5], J[4], J[5], J[2] - axis;
   beam.rotary /= length;
   constexpr double rounding = 1e-13;
-  beam.turns = beam.rotary.diagonal().tail<2>().maxCoeff() > rounding * axis / length;
+  beam.turns = beam.rotary.bottomRightCorner<2, 2>().cwiseAbs().maxCoeff() > rounding * axis / length;
+  // Whole sections have iy + iz about x (rotary_inertia of beam_terms.h).
+  beam.tilts = beam.turns && beam.rotary(1, 1) + beam.rotary(2, 2) > (1.0 - 1e-9) * beam.rotary(0, 0);
   if (!beam.turns) beam.rotary = Vec3(J[0] / length, 0.0, 0.0).asDiagonal();
 }
 
@@ -167,9 +169,10 @@ void SectionForces::cut(const Model& model, const Work& work, size_t beam) {
     Vec3 rate = Vec3::Zero(), second = rate, turning = w, turn = spin;
     if (elastic) {
       rate = b.shift(k, 1) + b.beyond_rate[k], second = b.shift(k, 2) + b.beyond_second[k];
-      const Vec3 turn_rate = b.turn(k, 1);
+      Vec3 turn_rate = b.turn(k, 1), turn_second = b.turn(k, 2);
+      if (!b.tilts) turn_rate.tail<2>().setZero(), turn_second.tail<2>().setZero();
       turning += turn_rate;
-      turn += b.turn(k, 2) + w.cross(turn_rate);
+      turn += turn_second + w.cross(turn_rate);
     }
     if (b.turns) {
       const Mat3 J = b.axes[k] * b.rotary * b.axes[k].transpose();

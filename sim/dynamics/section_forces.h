@@ -16,7 +16,8 @@ struct CutBeam {
   int body = -1;                 // of the scene
   double mass_per_length = 0.0;  // kg/m
   Mat3 rotary = Mat3::Zero();    // of the sections per length, section axes, kg m: what the part's inertia has of it
-  bool turns = false;            // it is there about y and z too, and turns with the sections (the effect shear)
+  bool turns = false;            // it is there about y and z too, and turns with the sections
+  bool tilts = false;            // with their slopes too, not with their twist alone (the effect shear)
   bool shortens = false;         // where it bends (the effect stiffening)
   std::vector<double> x;         // m from the part's root: its nodes, what joints and loads hold, and points between them
   double longer = 1.0;           // length of a curved axis over that of the part, which is its chord

@@ -325,7 +325,7 @@ LeftOut::Moved LeftOut::strained(const System& system, Item& item) const {
     if (std::find(item.bodies.begin(), item.bodies.end(), beam.body) == item.bodies.end()) continue;
     if (second_order) strains_of_second_order(system, beam, item, at);
     else strains_of_first_order(beam.body, {beam.left, beam.right}, item, at);
-    if (item.effect == "shear") twist_of_turning(system, beam, item, at);
+    if (item.effect == "shear" && beam_of(scene_, beam.body).model == BeamModel::lumped) item.slowing.back() += std::abs(untwist(beam, at));
     std::vector<Vec6>& moved = out[b];
     moved.assign(beam.x.size(), Vec6::Zero());
     for (size_t k = 0; k + 1 < beam.x.size(); ++k) {

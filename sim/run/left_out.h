@@ -112,7 +112,6 @@ class LeftOut {
   void look_at_vibrations(System& system, double t, const VecX& y, const VecX& rest);
   void follow_turning(const System& system, Item& item) const;
   // Adds to the strains of a beam that twists what its sections' tensor, turned by the twist, does where it turns about y and z.
-  void twist_of_turning(const System& system, const CutBeam& beam, Item& item, std::vector<Strained>& out) const;
   // Adds what forces along the axis do to the twist; 1/2 of their work on it, J.
   double untwist(const CutBeam& beam, std::vector<Strained>& out) const;
   // Share of an output that the sections' rotary inertia moves, as the mechanism turns with its beams.

@@ -23,49 +23,12 @@ void LeftOut::follow_turning(const System& system, Item& item) const {
   for (const CutBeam& beam : sections_.beams()) {
     if (std::find(item.bodies.begin(), item.bodies.end(), beam.body) == item.bodies.end()) continue;
     const BeamDef& def = std::get<BeamDef>(scene_.bodies[beam.body].kind);
-    const Vec3 inertia = def.material.density * (beam.x.back() - beam.x.front()) * mass_moments(def.section);  // y, z, yz; kg m^2
+    const Vec3 whole = def.material.density * mass_moments(def.section);  // y, z, yz; kg m
+    const double lacks_y = whole[0] - beam.rotary(1, 1), lacks_z = whole[1] - beam.rotary(2, 2), lacks_yz = -whole[2] - beam.rotary(1, 2);
     const Vec3 w = system.work.parts[beam.part].V.tail<3>();
-    energy += 0.5 * (inertia[0] * w.y() * w.y() + inertia[1] * w.z() * w.z()) - inertia[2] * w.y() * w.z();
+    energy += (beam.x.back() - beam.x.front()) * (0.5 * (lacks_y * w.y() * w.y() + lacks_z * w.z() * w.z()) + lacks_yz * w.y() * w.z());
   }
   item.turning.push_back(energy);
-}
-
-// The moment on a section's twist (propeller moment) is d/dtheta of w^T S(theta) w / 2, of which a beam without shear has what is linear in
-// theta only (beam_terms.cpp): all of it where its frame stays at its root, a part of it where the frame turns with the twist, and nothing
-// in pieces that turn as wholes.
-void LeftOut::twist_of_turning(const System& system, const CutBeam& beam, Item& item, std::vector<Strained>& out) const {
-  const BeamDef& def = std::get<BeamDef>(scene_.bodies[beam.body].kind);
-  const std::string& name = scene_.bodies[beam.body].name;
-  const auto twists = [&](const EffectState& s) { return s.on && s.owner == name && s.effect == "torsion"; };
-  if (std::none_of(model_.effects.begin(), model_.effects.end(), twists)) return;
-  const double stiffness = torsion_stiffness(def);
-  // Along a beam from its tip, the torque outboard of its sections before and after each interval.
-  const Vec3 moments = def.material.density * mass_moments(def.section);
-  const auto add_torques = [&](const CutBeam& b, double& torque, const auto& at) {
-    const Vec3 w = system.work.parts[b.part].V.tail<3>();
-    const auto lacks = [&](size_t k) {
-      const double theta = b.turn(k, 0).x(), c = std::cos(theta), s = std::sin(theta);
-      const double whole = (w.y() * c + w.z() * s) * (w.z() * c - w.y() * s);
-      return (moments[0] - moments[1]) * (whole - (w.z() * w.z() - w.y() * w.y()) * theta);
-    };
-    for (size_t k = b.x.size() - 1; k > 0; --k) {
-      const double left = lacks(k - 1), right = lacks(k), dx = b.x[k] - b.x[k - 1], before = torque;
-      torque += 0.5 * dx * (left + right);
-      at(k, before, torque, 0.25 * dx * (left * b.turn(k - 1, 0).x() + right * b.turn(k, 0).x()));
-    }
-  };
-  double torque = 0.0, potential = 0.0;
-  for (size_t b = sections_.beams().size(); b-- > 0;) {
-    const CutBeam& other = sections_.beams()[b];
-    if (other.body == beam.body && other.part > beam.part) add_torques(other, torque, [](size_t, double, double, double) {});
-  }
-  add_torques(beam, torque, [&](size_t k, double outboard, double inboard, double work) {
-    out[2 * k - 1].force[3] += outboard, out[2 * k - 1].strain[3] += outboard / stiffness;
-    out[2 * k - 2].force[3] += inboard, out[2 * k - 2].strain[3] += inboard / stiffness;
-    potential += work;
-  });
-  if (def.model == BeamModel::lumped) untwist(beam, out);
-  item.slowing.back() += std::abs(potential);
 }
 
 // Fibres beside the axis of a twisted beam are helices, which a force along it straightens: G J + N Ip/A in place of G J.

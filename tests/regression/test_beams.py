@@ -351,7 +351,8 @@ for f in (7.9, 25.601, 53.415, 91.342, 139.384, 197.539, 265.809, 78.0, 252.770)
     near(min(found, key=lambda x: abs(x - f)), f, 2e-4 * f, "frequency of the hinged blade")
 h = simulate(scene("blade"))
 near(h["flap"][0], -0.033417, 1e-5, "flap angle of the blade at rest")
-near(min(h["lag"]), -0.06028, 1e-4, "largest lag in the start-up")
+# A rigid blade with its sections' inertia lags by 0.06053, a thin rod by 0.06029 (scipy).
+near(min(h["lag"]), -0.06053, 1e-4, "largest lag in the start-up")
 near(sum(x for t, x in zip(h["t"], h["flap"]) if t > 12) / sum(t > 12 for t in h["t"]), -0.0026101, 3e-5, "flap angle at full speed")
 h = simulate(
     scene(
@@ -364,7 +365,7 @@ h = simulate(
 )
 near(h["flap"][0], -0.033417, 2e-6, "flap angle at rest, mixed")
 near(h["tip.z"][0], -0.318486, 2e-5, "drooped tip, mixed")
-near(min(h["lag"]), -0.06028, 1e-4, "largest lag in the start-up, mixed")
+near(min(h["lag"]), -0.06053, 1e-4, "largest lag in the start-up, mixed")
 near(sum(x for t, x in zip(h["t"], h["tip.z"]) if t > 12) / sum(t > 12 for t in h["t"]), -0.0126768, 1e-4, "tip at full speed, mixed")
 
 # State-space body: two modes of the cantilever of Chudnovsky et al. 2006 at its tip, given as matrices.

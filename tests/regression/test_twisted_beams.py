@@ -12,15 +12,15 @@ E, rho, nu = 7e10, 2700.0, 0.3
 G = E / (2 * (1 + nu))
 
 
-def twist(length, section, spin, torque):
-    """Turn of the tip: (G J + N Ip/A) theta' is the moment, d/dx of it rho (Iz - Iy) spin^2 sin theta cos theta."""
+def twist(length, section, spin, torque, pitch):
+    """Turn of the tip: (G J + N Ip/A) theta' is the moment, d/dx of it rho (Iz - Iy) spin^2 sin(pitch + theta) cos(pitch + theta)."""
     A, iy, iz, J = (section[k] for k in ("area", "iy", "iz", "j"))
 
     def stiffness(x):
         return G * J + 0.5 * rho * spin**2 * (length**2 - x**2) * (iy + iz)
 
     found = solve_bvp(
-        lambda x, y: np.vstack([y[1] / stiffness(x), rho * (iz - iy) * spin**2 * np.sin(y[0]) * np.cos(y[0])]),
+        lambda x, y: np.vstack([y[1] / stiffness(x), 0.5 * rho * (iz - iy) * spin**2 * np.sin(2 * (pitch + y[0]))]),
         lambda a, b: [a[0], b[1] - torque],
         np.linspace(0, length, 50),
         np.zeros((2, 50)),
@@ -30,11 +30,13 @@ def twist(length, section, spin, torque):
     return found.y[0, -1]
 
 
-def blade(folder, effects, length, section, spin, torque):
+def blade(folder, effects, length, section, spin, torque, pitch):
     text = simulation(1e-3, output_rate=1000, gravity=[0, 0, 0], start="static", tolerance=1e-8)
     text += joint("hub", "revolute", "ground", "blade.root", axis=[0, 0, 1], motion=f"{spin} * t")
     material = dict(density=rho, youngs_modulus=E, poisson=nu)
-    text += body("blade", "beam", f"effects = {effects}", length=length, section=dict(shape="general", **section), material=material)
+    text += body(
+        "blade", "beam", f"effects = {effects}", length=length, section=dict(shape="general", angle=pitch, **section), material=material
+    )
     text += force("torque", "blade.tip", direction=[1, 0, 0], value=torque, frame="body")
     text += output("twist", "blade.tip", "rotation", relative_to="blade.root")
     (folder / "s.toml").write_text(text)
@@ -50,18 +52,24 @@ def told(says, effect):
 with temporary_folder() as name:
     folder = pathlib.Path(name)
     bends = '"bending_xy", "bending_xz", "torsion", "stiffening"'
-    for wide, thick, length, spin in ((0.05, 0.005, 0.5, 300.0), (0.03, 0.006, 0.8, 150.0), (0.004, 0.06, 0.4, 500.0)):
+    for wide, thick, length, spin, pitch in (
+        (0.05, 0.005, 0.5, 300.0, 0.0),
+        (0.03, 0.006, 0.8, 150.0, 0.4),
+        (0.004, 0.06, 0.4, 500.0, 0.7),
+    ):
         # wide: along y, in the plane of rotation or across it
         a, b = max(wide, thick), min(wide, thick)
         J = 0.312 * a * b**3
         section = dict(area=wide * thick, iy=wide * thick**3 / 12, iz=thick * wide**3 / 12, j=J, shear_y=5 / 6, shear_z=5 / 6)
         torque = 0.05 * G * J / length
-        wanted = twist(length, section, spin, torque)
-        for effects, within in (('"auto"', 5e-3), (f'[{bends}, "shear"]', 1e-4)):
-            near(blade(folder, effects, length, section, spin, torque)[0], wanted, within * wanted, f"{wide} x {thick}, {effects}")
-        without, says = blade(folder, f"[{bends}]", length, section, spin, torque)
-        off, said = abs(without / wanted - 1), told(says, "shear")
-        expect(0.5 * off < said < 3 * off, f"{wide} x {thick} without rotary inertia: {off:.2g} off, told {said:.2g}")
+        wanted = twist(length, section, spin, torque, pitch)
+        lists = (('"auto"', 5e-3), (f'[{bends}, "shear"]', 1e-4), (f"[{bends}]", 1e-4), ('["torsion", "stiffening"]', 1e-4))
+        for effects, within in lists:
+            name = f"{wide} x {thick}, {effects}"
+            near(blade(folder, effects, length, section, spin, torque, pitch)[0], wanted, within * abs(wanted), name)
+        without, says = blade(folder, '["torsion"]', length, section, spin, torque, pitch)
+        off, said = abs(without / wanted - 1), told(says, "stiffening")
+        expect(0.5 * off < said < 3 * off, f"{wide} x {thick} whose fibres do not untwist: {off:.2g} off, told {said:.2g}")
 
     # An arm across the end of a beam that is not let twist.
     text = simulation(1.0, output_rate=100, gravity=[0, 0, 0])

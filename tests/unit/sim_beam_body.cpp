@@ -144,6 +144,17 @@ Particles particles(const Maker& maker, BeamDef def, BeamEffects effects) {
 Mat3 tensor(const Vec6& t) { return (Mat3() << t[0], t[3], t[4], t[3], t[1], t[5], t[4], t[5], t[2]).finished(); }
 Mat3 inertia(const Vec3& r) { return r.squaredNorm() * Mat3::Identity() - r * r.transpose(); }
 
+// Per length. Without shear what is alike about all axes across the beam is left out.
+Mat3 tensor_of_sections(const BeamDef& def, bool shear) {
+  const Section& s = def.section;
+  const double alike = shear ? 0.0 : 0.5 * (s.iy + s.iz) - std::hypot(0.5 * (s.iy - s.iz), s.iyz);
+  Mat3 out;
+  out << s.iy + s.iz, 0.0, 0.0, 0.0, s.iy - alike, -s.iyz, 0.0, -s.iyz, s.iz - alike;
+  return def.material.density * out;
+}
+// Sections turn with their slopes only where they have rotary inertia.
+Vec3 turned(const Vec3& angles, bool shear) { return shear ? angles : Vec3(angles.x(), 0.0, 0.0); }
+
 TEST(BeamBody, InertiaTermsAreThoseOfTheParticles) {
   for (const Maker& maker : kMakers)
     for (const Boundary boundary : kBoundaries) {
@@ -152,14 +163,8 @@ TEST(BeamBody, InertiaTermsAreThoseOfTheParticles) {
       const Particles p = particles(maker, def, kAll);
       const FlexibleBody& body = p.body;
       const VecX q = random_coordinates(body.n, 3), qd = random_coordinates(body.n, 4);
-      const double rho = def.material.density, mu = rho * def.section.area, polar = rho * (def.section.iy + def.section.iz);
-      Mat3 section = Mat3::Zero();
-      section(0, 0) = polar;
-      if (maker.shear) {
-        section(1, 1) = rho * def.section.iy;
-        section(2, 2) = rho * def.section.iz;
-        section(1, 2) = section(2, 1) = -rho * def.section.iyz;
-      }
+      const double mu = def.material.density * def.section.area;
+      const Mat3 section = tensor_of_sections(def, maker.shear);
       double mass = 0.0, energy = 0.0;
       Vec3 md0 = Vec3::Zero(), md1 = md0, md2 = md0, cr0 = md0, cr1 = md0;
       Mat3 j0 = Mat3::Zero(), j1 = j0, j2 = j0;
@@ -167,26 +172,20 @@ TEST(BeamBody, InertiaTermsAreThoseOfTheParticles) {
         const FlexibleNode& node = *p.nodes[i];
         const double dm = mu * p.length[i];
         const Vec3 c = node.origin, u1 = node.phi * q, u2 = second(node, q, q), rate = node.phi * qd, rate2 = second(node, q, qd);
-        const Vec3 psi = node.psi * q, spin = node.psi * qd;
+        const Vec3 psi = turned(node.psi * q, maker.shear), spin = turned(node.psi * qd, maker.shear);
+        const Mat3 A = skew(psi);
         mass += dm;
         md0 += dm * c;
         md1 += dm * u1;
         md2 += dm * u2;
         j0 += dm * inertia(c) + p.length[i] * section;
         j1 += dm * (inertia(c + u1) - inertia(c - u1)) / 2.0;
-        if (maker.shear) j1 += p.length[i] * (skew(psi) * section - section * skew(psi));
+        j1 += p.length[i] * (A * section - section * A);
         j2 += 2.0 * dm * inertia(u1) + dm * (inertia(c + u2) - inertia(c - u2)) / 2.0;
-        // The section turned by its twist, to second order (propeller moment).
-        const double turned = maker.shear ? 0.0 : 2.0 * rho * (def.section.iz - def.section.iy) * psi.x() * psi.x() * p.length[i];
-        j2(1, 1) += turned;
-        j2(2, 2) -= turned;
         cr0 += dm * c.cross(rate) + p.length[i] * section * spin;
         cr1 += dm * (u1.cross(rate) + c.cross(rate2));
-        if (maker.shear) {
-          const Mat3 A = skew(psi);
-          j2 += p.length[i] * (A * A * section + section * A * A - 2.0 * A * section * A);
-          cr1 += p.length[i] * ((A * section - section * A) * spin + 0.5 * section * psi.cross(spin));
-        }
+        j2 += p.length[i] * (A * A * section + section * A * A - 2.0 * A * section * A);
+        cr1 += p.length[i] * ((A * section - section * A) * spin + 0.5 * section * psi.cross(spin));
         energy += dm * rate.squaredNorm() + p.length[i] * spin.dot(section * spin);
       }
       const auto q2 = [&](const auto& blocks) {
@@ -220,7 +219,8 @@ TEST(BeamBody, KineticEnergyNeglectsTermsOfThirdOrderOnly) {
       const BeamDef def = general_beam(boundary);
       const Particles p = particles(maker, def, kAll);
       const FlexibleBody& body = p.body;
-      const double mu = def.material.density * def.section.area, polar = def.material.density * (def.section.iy + def.section.iz);
+      const double mu = def.material.density * def.section.area;
+      const Mat3 section = tensor_of_sections(def, false);
       const Vec3 v(0.3, -0.7, 0.5), w(1.1, 0.4, -0.6);
       const VecX q1 = unit_slopes(body, 11), qd1 = unit_slopes(body, 12);
       std::vector<double> errors;
@@ -232,7 +232,9 @@ TEST(BeamBody, KineticEnergyNeglectsTermsOfThirdOrderOnly) {
           const Vec3 r = node.origin + node.phi * q + 0.5 * second(node, q, q);
           const Vec3 rate = v + w.cross(r) + node.phi * qd + second(node, q, qd);
           particles_energy += 0.5 * mu * p.length[i] * rate.squaredNorm();
-          particles_energy += 0.5 * polar * p.length[i] * std::pow(w.x() + (node.psi * qd).x(), 2);
+          const Vec3 turning = w + turned(node.psi * qd, false);
+          const Mat3 R = turn(turned(node.psi * q, false));
+          particles_energy += 0.5 * p.length[i] * turning.dot(R * section * R.transpose() * turning);
         }
         Vec3 md = body.md0 + body.md1 * q, ct = body.md1 * qd, cr = body.Cr0 * qd;
         Vec6 j = body.J0 + body.J1 * q;
@@ -315,7 +317,7 @@ TEST(BeamBody, OnlyTheTermsAskedForExist) {
     const FlexibleBody rigid = make(def, {});
     EXPECT_EQ(rigid.n, 0);
     EXPECT_NEAR(rigid.mass, 2700.0 * 2.1e-4 * 1.3, 1e-12);
-    EXPECT_NEAR(rigid.J0[2], rigid.mass * 1.3 * 1.3 / 3.0, 1e-12);
+    EXPECT_NEAR(rigid.J0[2], rigid.mass * 1.3 * 1.3 / 3.0 + 1.3 * tensor_of_sections(def, false)(2, 2), 1e-12);
     EXPECT_NEAR(rigid.J0[0], 2700.0 * 8e-9 * 1.3, 1e-15);
     EXPECT_EQ(rigid.nodes[0].name, "root");
     EXPECT_EQ(rigid.nodes[1].name, "tip");

@@ -343,6 +343,44 @@ def tumbling(r):
     return Scene(text, truth, {}, f"{scale:.1e} rad/s, {duration * scale / 6.28:.1f} turns")
 
 
+def tumbling_beam(r):
+    """A free beam, all but rigid, turns about any axis; effects free or some listed, by elements, eigenforms or links."""
+    L, m, s = sizes(r, slender=(6, 30), shapes=("rectangle",))
+    A, iy, iz = s["area"], s["iy"], s["iz"]
+    angle = pick(r, 0.0, r.uniform(-1, 1))
+    bending = 22.4 / L**2 * math.sqrt(m["E"] * min(iy, iz) / (m["rho"] * A))
+    size = bending * 10 ** r.uniform(-3, -1.7)
+    w = [size * r.uniform(-1, 1) for _ in range(3)]
+    duration = 20 / np.linalg.norm(w)
+    J = m["rho"] * L * np.diag([iy + iz, iy + A * L**2 / 12, iz + A * L**2 / 12])
+    c, d = math.cos(angle), math.sin(angle)
+    turn = np.array([[1, 0, 0], [0, c, -d], [0, d, c]])
+    J = turn @ J @ turn.T
+    bends = ["bending_xy", "bending_xz"]
+    lists = [], ["torsion"], bends[:1], bends[1:], bends, [*bends, "torsion", "stiffening"], [*bends, "torsion", "stiffening", "axial"]
+    more = pick(r, "", 'model = "lumped"\nelements = 6', 'model = "modal"\nmodes = { bending_xy = [1, 2], bending_xz = [1, 2] }')
+    if r.random() < 0.6:
+        more = f"effects = {lists[r.randrange(len(lists))]}".replace("'", '"')
+    text = (
+        simulation(duration, 100 / duration)
+        + beam("plate", L, s["text"].replace(" }", f", angle = {angle!r} }}"), m, more + "\nframes = { middle = 0.5 }")
+        + joint("free", "free", "ground", "plate.root", f"initial = {{ rate = {w} }}")
+        + output("w", "plate.middle", "angular_velocity")
+    )
+
+    def f(_, y):
+        v, R = y[:3], y[3:].reshape(3, 3)
+        K = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
+        return np.concatenate([np.linalg.solve(J, np.cross(J @ v, v)), (R @ K).ravel()])
+
+    def truth(t):
+        y = ode(f, np.concatenate([w, np.eye(3).ravel()]), t, scale=1.0)
+        return {"w": np.einsum("tij,tj->ti", y[:, 3:].reshape(-1, 3, 3), y[:, :3])}
+
+    slender = L / math.sqrt(12 * max(iy, iz) / A)
+    return Scene(text, truth, {}, f"L/h {slender:.2g}, section at {angle:.2g} rad, {size / bending:.1e} of its bending, {more or 'auto'}")
+
+
 def driven_arm(r):
     """A rigid arm driven by a smooth motion: moment of the drive and force in the bearing at start-up."""
     m, c = r.uniform(0.5, 5), r.uniform(0.1, 1)
@@ -408,6 +446,7 @@ KINDS = [
     pendulum,
     double_pendulum,
     tumbling,
+    tumbling_beam,
     driven_arm,
     decay,
 ]

@@ -204,30 +204,34 @@ def torsion_rod(r):
 
 
 def spun_blade(r):
-    """A flat blade on a hub that turns evenly, twisted by a torque at its tip, at rest in its own frame; effects free or some listed"""
+    """A flat blade on a hub that turns evenly, pitched and twisted by a torque at its tip, at rest in its own frame; effects free or listed"""
     L, m, s = sizes(r, slender=(6, 30), shapes=("rectangle",))
     G, A, iy, iz = m["E"] / (2 * (1 + m["poisson"])), s["area"], s["iy"], s["iz"]
     rates = math.sqrt(G * s["j"] / (m["rho"] * (iy + iz))) * math.pi / (2 * L)  # of its first torsion
     w = min(rates * 10 ** r.uniform(-1, 0), 0.2 * math.sqrt(m["E"] / m["rho"]) / L)  # 2 % of strain at most
-    angle = 10 ** r.uniform(-3, -1)
+    angle, pitch = 10 ** r.uniform(-3, -1), pick(r, 0.0, r.uniform(-1, 1))
     M = angle * G * s["j"] / L
-    listed = ["bending_xy", "bending_xz", "torsion", "stiffening"] + pick(r, [], ["shear"], ["shear", "axial"])
-    more = pick(r, "", f"effects = {listed}".replace("'", '"'))
+    bends = ["bending_xy", "bending_xz"]
+    listed = pick(r, ["torsion"], [*bends, "torsion"], ["torsion", "stiffening"], [*bends, "torsion", "stiffening"])
+    listed = listed + pick(r, [], ["shear"], ["shear", "axial"], ["axial"]) if len(listed) == 4 else listed
+    more = pick(r, "", f"effects = {listed}".replace("'", '"'), pick(r, 'model = "lumped"\nelements = 20', 'model = "mixed"'))
 
     def moments(x, y):
         stiffness = G * s["j"] + 0.5 * m["rho"] * w * w * (L * L - x * x) * (iy + iz)
-        return np.vstack([y[1] / stiffness, m["rho"] * (iz - iy) * w * w * np.sin(y[0]) * np.cos(y[0])])
+        return np.vstack([y[1] / stiffness, m["rho"] * (iz - iy) * w * w * np.sin(y[0] + pitch) * np.cos(y[0] + pitch)])
 
     found = solve_bvp(moments, lambda a, b: [a[0], b[1] - M], np.linspace(0, L, 60), np.zeros((2, 60)), tol=1e-9)
     turn = float(found.y[0, -1])
     text = (
         simulation(0.01 / w, 200 * w, start="static")
-        + beam("blade", L, s["text"], m, more)
+        + beam("blade", L, s["text"].replace(" }", f", angle = {pitch!r} }}"), m, more)
         + joint("hub", "revolute", "ground", "blade.root", f'axis = [0, 0, 1]\nmotion = "{w!r}*t"')
         + force("torque", "blade.tip", M, (1, 0, 0), 'frame = "body"')
         + output("turn", "blade.tip", "rotation").replace("quantity", 'relative_to = "blade.root"\nquantity')
     )
-    words = f"{w / rates:.2g} of its torsion's rate, {turn:.2g} rad, {turn / angle:.2g} of that at rest, {more or 'auto'}"
+    words = (
+        f"{w / rates:.2g} of its torsion's rate, pitch {pitch:.2g}, {turn:.2g} rad, {turn / angle:.2g} of that at rest, {more or 'auto'}"
+    )
     return Scene(text, lambda t: still(t, turn=(turn, 0, 0)), {"turn": abs(turn)}, words)
 
 
