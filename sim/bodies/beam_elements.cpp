@@ -115,20 +115,21 @@ Deflection combined(const Deflection& a, double fa, const Deflection& b, double 
 
 Deflections deflections(const Properties& p, const BeamEffects& e, double xi, double h) {
   Deflections out;
-  out.coupled = e.shear && e.bending_xy && e.bending_xz && p.ei_yz != 0.0;
+  out.coupled = e.shear && e.bending_xy && e.bending_xz && (p.ei_yz != 0.0 || p.shear_yz != 0.0);
   if (!out.coupled) {
     const double factor = e.shear ? 12.0 / (h * h) : 0.0;
     if (e.bending_xy) out.of[0][0] = deflection_shapes(xi, h, e.shear ? factor * p.ei_z / p.shear_y : 0.0);
     if (e.bending_xz) out.of[1][1] = deflection_shapes(xi, h, e.shear ? factor * p.ei_y / p.shear_z : 0.0);
     return out;
   }
-  // S^-1 EI is similar to the symmetric S^-1/2 EI S^-1/2.
-  const Eigen::Vector2d root(std::sqrt(p.shear_y), std::sqrt(p.shear_z));
-  Eigen::Matrix2d similar;
-  similar << p.ei_z, p.ei_yz, p.ei_yz, p.ei_y;
-  similar.array() /= (root * root.transpose()).array();
-  const SymmetricEigen own(MatX(12.0 / (h * h) * similar));
-  const Eigen::Matrix2d U = own.eigenvectors(), T = root.cwiseInverse().asDiagonal() * U, inverse = U.transpose() * root.asDiagonal();
+  // S^-1 EI is similar to the symmetric B^-1 EI B^-T, S = B B^T.
+  Eigen::Matrix2d B, EI;
+  const double across = p.shear_yz / std::sqrt(p.shear_y);
+  B << std::sqrt(p.shear_y), 0.0, across, std::sqrt(p.shear_z - across * across);
+  EI << p.ei_z, p.ei_yz, p.ei_yz, p.ei_y;
+  const Eigen::Matrix2d back = B.inverse(), similar = back * EI * back.transpose();
+  const SymmetricEigen own(MatX(6.0 / (h * h) * (similar + similar.transpose())));
+  const Eigen::Matrix2d U = own.eigenvectors(), T = back.transpose() * U, inverse = U.transpose() * B.transpose();
   const Deflection one = deflection_shapes(xi, h, own.eigenvalues()[0]), two = deflection_shapes(xi, h, own.eigenvalues()[1]);
   for (size_t a = 0; a < 2; ++a)
     for (size_t b = 0; b < 2; ++b) {

@@ -71,8 +71,13 @@ class Elements {
       if (e.bending_xy) add(r.dphi_z, p.ei_z);
       if (e.bending_xz) add(r.ds, p.ei_y);
     }
-    if (e.shear && e.bending_xy) add(VecX(r.dv - r.phi_z), p.shear_y);
-    if (e.shear && e.bending_xz) add(VecX(r.dw - r.s), p.shear_z);
+    if (e.shear && e.bending_xy && e.bending_xz) {
+      add(VecX(r.dv - r.phi_z + (p.shear_yz / p.shear_y) * (r.dw - r.s)), p.shear_y);
+      add(VecX(r.dw - r.s), p.shear_z - p.shear_yz * p.shear_yz / p.shear_y);
+    } else if (e.shear) {
+      if (e.bending_xy) add(VecX(r.dv - r.phi_z), p.shear_y);
+      if (e.bending_xz) add(VecX(r.dw - r.s), p.shear_z);
+    }
   }
   std::vector<ElementMatrices> kinds_;
   std::vector<size_t> of_;
@@ -134,7 +139,7 @@ std::vector<Group> groups_of(const Properties& p, const BeamEffects& e, const st
       for (int k = 0; k < kKinds; ++k) g.fields(k, static_cast<Eigen::Index>(j)) = columns[j][static_cast<size_t>(k)];
     out.push_back(std::move(g));
   };
-  const bool coupled = e.bending_xy && e.bending_xz && (p.ei_yz != 0.0 || (e.shear && p.inertia_yz != 0.0));
+  const bool coupled = e.bending_xy && e.bending_xz && (p.ei_yz != 0.0 || p.shear_yz != 0.0 || (e.shear && p.inertia_yz != 0.0));
   if (e.axial) along(0, {{1, 0, 0, 0, 0, 0}});
   if (coupled && !e.shear) {
     const double angle = principal_angle(p), c = std::cos(angle), s = std::sin(angle);

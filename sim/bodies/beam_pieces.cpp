@@ -125,8 +125,8 @@ Eigen::Vector4d shear_length2(const BeamDef& beam, double s) {
   const Section at = section_at(beam, s);
   const double stiffnesses = 2.0 * (1.0 + beam.material.poisson);  // E/G
   const double y = at.shear_y > 0.0 ? stiffnesses / (at.shear_y * at.area) : 0.0;
-  const double z = at.shear_z > 0.0 ? stiffnesses / (at.shear_z * at.area) : 0.0;
-  return {y * at.iz, y * at.iyz, z * at.iyz, z * at.iy};
+  const double z = at.shear_z > 0.0 ? stiffnesses / (at.shear_z * at.area) : 0.0, yz = stiffnesses / at.area * at.shear_yz;
+  return {y * at.iz + yz * at.iyz, y * at.iyz + yz * at.iy, yz * at.iz + z * at.iyz, yz * at.iyz + z * at.iy};
 }
 
 Section piece_section(const BeamDef& beam, int k) {

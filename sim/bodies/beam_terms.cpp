@@ -157,6 +157,13 @@ Properties properties(const BeamDef& def, const BeamEffects& effects) {
   if (effects.shear) {
     if (effects.bending_xy) p.shear_y = positive(s.shear_y, "shear correction factor shear_y", "") * g * s.area;
     if (effects.bending_xz) p.shear_z = positive(s.shear_z, "shear correction factor shear_z", "") * g * s.area;
+    if (effects.bending_xy && effects.bending_xz && s.shear_yz != 0.0) {
+      // The inverse of what forces along y and z slide along both.
+      const double y = 1.0 / s.shear_y, z = 1.0 / s.shear_z, yz = s.shear_yz, scale = g * s.area / (y * z - yz * yz);
+      p.shear_y = scale * z;
+      p.shear_z = scale * y;
+      p.shear_yz = -scale * yz;
+    }
   }
   return p;
 }
@@ -269,6 +276,7 @@ void add_stations_of(Integrals& sum, const Properties& p, const BeamEffects& eff
   if (to) add_square(sum.Me, r.theta, (p.inertia_y + p.inertia_z) * weight), add_square(sum.Ke, r.dtheta, p.gj * weight);
   if (effects.shear && xy) add_square(sum.Ke, minus(r.dv, r.phi_z), p.shear_y * weight);
   if (effects.shear && xz) add_square(sum.Ke, minus(r.dw, r.s), p.shear_z * weight);
+  if (p.shear_yz != 0.0) add_symmetric(sum.Ke, minus(r.dv, r.phi_z), minus(r.dw, r.s), p.shear_yz * weight);
 
   // inertia tensor, second order of the linear field: phi_i . phi_j I - phi_i phi_j^T
   const Number dm2 = 2.0 * dm, minus_dm = -dm;

@@ -17,7 +17,7 @@ struct Properties {
   double mass = 0.0;                                               // rho A, kg/m
   double inertia_y = 0.0, inertia_z = 0.0, inertia_yz = 0.0;       // rho Iy, rho Iz, rho Iyz, kg m
   double ea = 0.0, ei_y = 0.0, ei_z = 0.0, ei_yz = 0.0, gj = 0.0;  // N, N m^2
-  double shear_y = 0.0, shear_z = 0.0;                             // k G A, N; only with shear
+  double shear_y = 0.0, shear_z = 0.0, shear_yz = 0.0;             // k G A, N; only with shear
   double gyration2 = 0.0;                                          // (Iy + Iz) / A, m^2; only with torsion
 };
 

@@ -206,6 +206,7 @@ bool planar_about(const Scene& scene, const std::vector<Mat3>& orientation, cons
     const Vec3 local = orientation[i].transpose() * n;
     if (!parallel(local, Vec3::UnitZ()) && !parallel(local, Vec3::UnitY())) return false;
     if (std::abs(beam->section.iyz) > 1e-12 * (beam->section.iy + beam->section.iz)) return false;
+    if (beam->section.shear_yz != 0.0) return false;
     if (const Vec3 mass = mass_moments(beam->section); std::abs(mass[2]) > 1e-12 * (mass[0] + mass[1])) return false;
     for (double q : beam->initial.q)
       if (q != 0.0) return false;

@@ -84,9 +84,9 @@ FeBody make_fe_body(const BeamDef& beam, const BeamEffects& effects, const std::
 
 // Whether two beams are one to the last number. A field added to them does not compile here until it is compared.
 bool same(const Section& a, const Section& b) {
-  const auto& [shape, size, area, iy, iz, iyz, j, shear_y, shear_z, outline] = b;
+  const auto& [shape, size, area, iy, iz, iyz, j, shear_y, shear_z, shear_yz, outline] = b;
   return a.shape == shape && a.size == size && a.area == area && a.iy == iy && a.iz == iz && a.iyz == iyz && a.j == j &&
-         a.shear_y == shear_y && a.shear_z == shear_z && a.outline == outline;
+         a.shear_y == shear_y && a.shear_z == shear_z && a.shear_yz == shear_yz && a.outline == outline;
 }
 bool same(const Material& a, const Material& b) {
   const auto& [density, youngs_modulus, poisson] = b;

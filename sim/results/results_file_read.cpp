@@ -27,9 +27,9 @@ Section read_section(const Reader& reader, hid_t body, const std::string& path) 
   const Id group = reader.group(body, "section", path + "section");
   Section section;
   section.shape = reader.text(group, "shape", path + "section", std::nullopt);
-  const std::pair<const char*, double*> numbers[] = {{"area", &section.area},      {"iy", &section.iy}, {"iz", &section.iz},
-                                                     {"iyz", &section.iyz},        {"j", &section.j},   {"shear_y", &section.shear_y},
-                                                     {"shear_z", &section.shear_z}};
+  const std::pair<const char*, double*> numbers[] = {
+      {"area", &section.area}, {"iy", &section.iy},           {"iz", &section.iz},           {"iyz", &section.iyz},
+      {"j", &section.j},       {"shear_y", &section.shear_y}, {"shear_z", &section.shear_z}, {"shear_yz", &section.shear_yz}};
   for (const auto& [name, number] : numbers) *number = reader.number(group, name, path + "section", 0.0);
   if (reader.has(group, "sizes")) {
     const Id sizes = reader.group(group, "sizes", path + "section/sizes");

@@ -16,9 +16,9 @@ namespace {
 void write_section(hid_t body, const Section& section) {
   const Id group = make_group(body, "section");
   write_attribute(group, "shape", section.shape);
-  const std::pair<const char*, double> numbers[] = {{"area", section.area},      {"iy", section.iy}, {"iz", section.iz},
-                                                    {"iyz", section.iyz},        {"j", section.j},   {"shear_y", section.shear_y},
-                                                    {"shear_z", section.shear_z}};
+  const std::pair<const char*, double> numbers[] = {
+      {"area", section.area}, {"iy", section.iy},           {"iz", section.iz},           {"iyz", section.iyz},
+      {"j", section.j},       {"shear_y", section.shear_y}, {"shear_z", section.shear_z}, {"shear_yz", section.shear_yz}};
   for (const auto& [name, number] : numbers) write_attribute(group, name, number);
   const Id sizes = make_group(group, "sizes");
   for (const auto& [name, size] : section.size) write_attribute(sizes, name, size);

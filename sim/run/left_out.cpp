@@ -40,8 +40,9 @@ Vec6 missing_strain(const BeamDef& beam, std::string_view effect, bool other_ben
   if (effect == "axial") {
     out[0] = F[0] / (E * s.area);
   } else if (effect == "shear") {
-    out[1] = F[1] / ((s.shear_y > 0.0 ? s.shear_y : usual_shear_factor) * G * s.area);
-    out[2] = F[2] / ((s.shear_z > 0.0 ? s.shear_z : usual_shear_factor) * G * s.area);
+    const double across = other_bends ? s.shear_yz / (G * s.area) : 0.0;
+    out[1] = F[1] / ((s.shear_y > 0.0 ? s.shear_y : usual_shear_factor) * G * s.area) + across * F[2];
+    out[2] = F[2] / ((s.shear_z > 0.0 ? s.shear_z : usual_shear_factor) * G * s.area) + across * F[1];
   } else if (effect == "torsion") {
     out[3] = F[3] / (G * s.j);
   } else {

@@ -67,9 +67,12 @@ std::string fill(const Copy& copy, const std::string& text, bool expression = fa
 std::string name_readings(const Copy& copy, const std::string& text) {
   std::string out;
   std::size_t done = 0;
+  std::set<std::size_t> units;
+  for (const UnitWord& word : unit_words(text))
+    if (only_a_unit(word, text)) units.insert(word.at);
   for (const NameInText& name : names_in(text)) {
     const bool component = name.at > 0 && text[name.at - 1] == '.';
-    if (component || !copy.outputs.contains(text.substr(name.at, name.length))) continue;
+    if (component || units.contains(name.at) || !copy.outputs.contains(text.substr(name.at, name.length))) continue;
     out.append(text, done, name.at - done);
     out += copy.name + ":";
     done = name.at;
@@ -82,7 +85,7 @@ void rewrite(const Copy& copy, TomlValue& value, const std::string& key, bool wo
   if (value.type == Type::text) {
     if (!words) {
       try {
-        value.text = name_readings(copy, copy.own.substitute(fill(copy, value.text, true)));
+        value.text = name_readings(copy, copy.own.substitute_beside_units(fill(copy, value.text, true)));
       } catch (const InputError& error) {
         copy.instance->fail(error.what());
       }

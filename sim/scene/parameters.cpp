@@ -80,20 +80,59 @@ double Parameters::value(const std::string& name) const {
   }
 }
 
-std::string Parameters::substitute(std::string_view text) const {
+std::string Parameters::substitute_but(std::string_view text, const std::vector<std::size_t>& but) const {
   std::string out;
   std::size_t done = 0;
   for (const NameInText& name : names_in(text)) {
     const std::string word(text.substr(name.at, name.length));
     // "tip.x" is a reading of the scene, its x no parameter.
     const bool of_reading = name.at > 1 && text[name.at - 1] == '.' && (starts_name(text[name.at - 2]) || is_digit(text[name.at - 2]));
-    if (!has(word) || of_reading) continue;
+    if (!has(word) || of_reading || std::find(but.begin(), but.end(), name.at) != but.end()) continue;
     out.append(text, done, name.at - done);
     out += fmt::format("({})", value(word));
     done = name.at + name.length;
   }
   out.append(text, done, std::string_view::npos);
   return out;
+}
+
+void Parameters::doubt(const std::string& text) const {
+  if (std::find(doubts_->begin(), doubts_->end(), text) == doubts_->end()) doubts_->push_back(text);
+}
+
+bool only_a_unit(const UnitWord& word, std::string_view text) {
+  if (word.joined == '*') return false;
+  const std::string_view name = text.substr(word.at, word.length);
+  return word.joined != '/' || name == "m" || name == "s";
+}
+
+std::string Parameters::substitute_beside_units(std::string_view text) const {
+  std::vector<std::size_t> but;
+  for (const UnitWord& one : unit_words(text)) {
+    const std::string word(text.substr(one.at, one.length));
+    if (only_a_unit(one, text)) but.push_back(one.at);
+    else if (has(word))
+      doubt(
+          fmt::format("in {} the group's parameter {} is read, which is a unit too: write blanks around the {}, or for the unit give the "
+                      "parameter another name",
+                      quote(std::string(text)), quote(word), one.joined));
+  }
+  return substitute_but(text, but);
+}
+
+void Parameters::doubt_units(std::string_view text, std::span<const std::string> others) const {
+  for (const UnitWord& one : unit_words(text)) {
+    const std::string word(text.substr(one.at, one.length));
+    if (only_a_unit(one, text)) continue;
+    const bool parameter = has(word);
+    if (!parameter && std::find(others.begin(), others.end(), word) == others.end()) continue;
+    const std::string before(text.substr(one.unit.at, one.at - 1 - one.unit.at));
+    doubt(
+        fmt::format("in {} the unit {} is read, though {} has the name {}: for its value write \"{} {} {}\", with blanks, for the unit "
+                    "give it another name",
+                    quote(std::string(text)), quote(std::string(text.substr(one.unit.at, one.unit.length))),
+                    parameter ? "a parameter" : "an output or block", quote(word), before, one.joined, word));
+  }
 }
 
 std::string with_inputs(std::string_view text, const std::vector<InputDef>& inputs) {
@@ -109,6 +148,7 @@ namespace {
 struct Quantified {
   std::string text;
   double factor = 1.0;
+  bool certain = true;  // no units, or those that were wanted
 };
 
 std::string_view trimmed(std::string_view text) {
@@ -140,18 +180,19 @@ Quantified take_units(std::string_view text, const char* wanted) {
     }
     const Unit given = *parse_unit(unit_text);
     if (!any) require_unit(given.dimension, wanted, unit_text);
-    return {std::string(number_text), given.factor / scale};
+    return {std::string(number_text), given.factor / scale, !any};
   }
   if (!all) return {std::string(text), 1.0};
   // A plain number may be made of quantities: "cos(60 deg)", "5 mm/L".
   if (!any && all->dimension && (wanted || *all->dimension != Dimension{})) require_unit(*all->dimension, wanted, text);
-  return {all->text, 1.0 / scale};
+  return {all->text, 1.0 / scale, !any && all->dimension && wanted};
 }
 
 }  // namespace
 
 double Parameters::number(std::string_view text, const char* unit) const {
-  const auto [number_text, factor] = take_units(text, unit);
+  const auto [number_text, factor, certain] = take_units(text, unit);
+  if (!certain) doubt_units(text);
   const std::string plain = substitute(number_text);
   try {
     const Expression expression(plain);

@@ -2,6 +2,7 @@
 #include "sim/base/words.h"
 #include "sim/scene/joint_kinds.h"
 #include "sim/scene/parameters.h"
+#include "sim/scene/readings.h"
 #include "sim/scene/scene_input.h"
 #include "sim/scene/table.h"
 #include "sim/scene/unit_terms.h"
@@ -115,6 +116,8 @@ void read_lift(const TableReader& reader, const Scene& scene, std::vector<Coupli
   try {
     const bool length = is_length(find_joint(scene, terms[1].joint)->kind, terms[1].coordinate);
     const std::string text = reader.parameters().substitute(replace_units(given, length ? "m" : "rad").value_or(given));
+    reader.parameters().doubt_units(given);
+    doubt_parameters(reader.parameters(), given, {own});
     std::string of_t;
     std::size_t done = 0;
     for (const NameInText& name : names_in(text)) {

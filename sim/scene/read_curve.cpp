@@ -2,6 +2,7 @@
 
 #include "sim/scene/expression.h"
 #include "sim/scene/parameters.h"
+#include "sim/scene/readings.h"
 #include "sim/scene/unit_terms.h"
 
 #include <fmt/format.h>
@@ -71,6 +72,8 @@ std::vector<Vec3> computed_points(const TableReader& reader, bool closed, int le
     }
     try {
       const std::string text = reader.text(key);
+      reader.parameters().doubt_units(text);
+      doubt_parameters(reader.parameters(), text, names);
       xyz[k] = [f = Expression(reader.parameters().substitute(replace_units(text, "m").value_or(text)), names)](double u) {
         return f.value(0.0, &u);
       };

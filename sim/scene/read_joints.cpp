@@ -282,6 +282,7 @@ std::optional<std::string> expression_with_units(const TableReader& reader, std:
     if (!replaced) return std::nullopt;
     const std::string plain = reader.parameters().substitute(*replaced);
     const Expression expression(plain);
+    reader.parameters().doubt_units(text);
     return plain;
   } catch (const InputError& error) {
     reader.fail(key, fmt::format("is no expression of t: {}, {}", quote(text), error.what()));

@@ -79,6 +79,37 @@ std::vector<Known> known_readings(const Scene& scene, const std::vector<Reading>
 
 }  // namespace
 
+void doubt_parameters(const Parameters& parameters, std::string_view text, const std::vector<std::string>& names) {
+  const std::vector<UnitWord> units = unit_words(text);
+  for (const NameInText& one : names_in(text)) {
+    const std::string word(text.substr(one.at, one.length));
+    const bool component = one.at > 0 && text[one.at - 1] == '.';
+    const bool unit = std::any_of(units.begin(), units.end(), [&](const UnitWord& u) { return u.at == one.at; });
+    if (component || unit || !parameters.has(word) || std::find(names.begin(), names.end(), word) == names.end()) continue;
+    parameters.doubt(
+        fmt::format("in {} the parameter {} is read, though what an expression may read here has that name too: give one of "
+                    "them another name",
+                    quote(std::string(text)), quote(word)));
+  }
+}
+
+void doubt_operators(const Parameters& parameters, std::string_view text, const std::vector<std::string>& names) {
+  for (const std::string& name : names) {
+    if (name.find_first_of("+-*^?<>=&|,()") == std::string::npos || text.find(name) == std::string_view::npos) continue;
+    std::vector<std::string> others;
+    std::copy_if(names.begin(), names.end(), std::back_inserter(others), [&](const std::string& other) { return other != name; });
+    try {
+      const std::vector<std::string> used = Expression(std::string(text), names).variables();
+      if (std::find(used.begin(), used.end(), name) == used.end()) continue;
+      const Expression parts(parameters.substitute(name), others);
+      parameters.doubt(
+          fmt::format("{} is read as what has this name, not as an expression, which it is with blanks beside its operators", quote(name)));
+    } catch (const InputError&) {
+      // It can be read in one way, or not at all.
+    }
+  }
+}
+
 std::vector<std::string> output_columns(const OutputDef& output, const Scene& scene) {
   const std::vector<std::string> xyz{".x", ".y", ".z"};
   std::vector<std::string> tags;
@@ -142,6 +173,7 @@ StateExpression read_state_expression(const TableReader& reader, std::string_vie
         inside = true;
         compile(*replaced);
         compiled = true;
+        reader.parameters().doubt_units(value.text, names);
       }
     } catch (const InputError& with_units) {
       inside = true;
@@ -151,6 +183,8 @@ StateExpression read_state_expression(const TableReader& reader, std::string_vie
       return {.text = fmt::format("{}", reader.number(key, any_number.in(unit))), .driven = {}, .reads = {}};
     if (!compiled) reader.fail(key, fmt::format("is no expression of t and of outputs of the scene: {}, {}", quote(value.text), why));
   }
+  doubt_parameters(reader.parameters(), value.text, names);
+  doubt_operators(reader.parameters(), out.text, names);
   if (used.size() > 64) reader.fail(key, fmt::format("reads {} values; at most 64 are allowed", used.size()));
   for (const std::string& name : used) {
     const Known& k = known[std::find(names.begin(), names.end(), name) - names.begin()];

@@ -12,6 +12,12 @@ namespace flexframe::sim {
 // elastic body's coordinates, whose number the scene does not tell, are not among them.
 std::vector<std::string> output_columns(const OutputDef& output, const Scene& scene);
 
+// Notes as doubts of the scene the parameters in an expression whose names are among `names` too.
+void doubt_parameters(const Parameters& parameters, std::string_view text, const std::vector<std::string>& names);
+
+// Notes those of the names that an expression reads though they are expressions of the others too: "a-b" where there are a, b and "a-b".
+void doubt_operators(const Parameters& parameters, std::string_view text, const std::vector<std::string>& names);
+
 // A number or an expression of t and of readings.
 struct StateExpression {
   std::string text;            // without parameters, inputs of the scene with their first values

@@ -58,13 +58,15 @@ struct TableDef {
 
 // Cross-section in the body's yz plane, coordinates from the centroid. Made by sim/scene/section.h.
 struct Section {
-  std::string shape;                    // circle tube rectangle box i u t l general
-  std::map<std::string, double> size;   // the numbers given, by name, m
-  double area = 0.0;                    // m^2
-  double iy = 0.0, iz = 0.0;            // second moments of area about y (bending xz) and z (bending xy), m^4
-  double iyz = 0.0;                     // int y z dA, m^4
-  double j = 0.0;                       // torsion constant, m^4
-  double shear_y = 0.0, shear_z = 0.0;  // shear correction factors (area factor k), 0 where unknown
+  std::string shape;                   // circle tube rectangle box i u t l general
+  std::map<std::string, double> size;  // the numbers given, by name, m
+  double area = 0.0;                   // m^2
+  double iy = 0.0, iz = 0.0;           // second moments of area about y (bending xz) and z (bending xy), m^4
+  double iyz = 0.0;                    // int y z dA, m^4
+  double j = 0.0;                      // torsion constant, m^4
+  double shear_y = 0.0,
+         shear_z = 0.0;   // shear correction factors (area factor k), 0 where unknown: 1/k is what a force along y slides along y
+  double shear_yz = 0.0;  // of both directions that 1/k of what a force along one of them slides along the other
   std::vector<std::vector<Eigen::Vector2d>>
       outline;  // closed loops (y, z): outer first, holes after; empty: drawn as a circle of equal area
 };
@@ -440,6 +442,7 @@ struct Scene {
   // [render] color_by = "stress" or "strain": results then hold what forces along beams and torques about them strain where no deformation
   // tells it.
   bool colored_by_stress = false;
+  std::vector<std::string> doubts;  // of what may be read in two ways how it is read, for warnings
 };
 
 // Axes of a frame in its body, of a beam in its section, on ground in the world: columns; those of the body where the scene turns no frame

@@ -3,6 +3,7 @@
 #include "sim/base/words.h"
 #include "sim/scene/picture_accuracy.h"
 #include "sim/scene/read_states.h"
+#include "sim/scene/readings.h"
 #include "sim/scene/scene_input.h"
 #include "sim/scene/toml_input.h"
 
@@ -51,6 +52,24 @@ void check_block_outputs(const TableReader& root, const Scene& scene) {
     const std::string hint = did_you_mean(output.of.body, known);
     tables[k].fail("of", fmt::format("must be a block for the quantity 'output', and {} is none{}{} {}", quote(output.of.body), hint,
                                      hint.empty() ? ";" : "", known.empty() ? "the scene has none" : "there are " + list_words(known)));
+  }
+}
+
+// Outputs that are expressions of others know these when all are read.
+void doubt_expressions(const TableReader& root, const Scene& scene) {
+  std::vector<std::string> columns;
+  for (const OutputDef& output : scene.outputs) {
+    const std::vector<std::string> own = output_columns(output, scene);
+    columns.insert(columns.end(), own.begin(), own.end());
+    if (output.quantity == Quantity::expression) columns.push_back(output.name);
+  }
+  for (const TableReader& table : root.tables("output")) {
+    const TomlValue* value = table.find("expression");
+    if (!value) continue;
+    std::vector<std::string> others = columns;
+    std::erase(others, table.text("name"));
+    doubt_parameters(root.parameters(), value->text, others);
+    doubt_operators(root.parameters(), root.parameters().substitute(value->text), others);
   }
 }
 
@@ -150,6 +169,8 @@ Scene make_scene(const SceneDocument& document) {
     scene.forces.push_back(read_force(reader, scene));
     if (!scene.forces.back().name.empty()) forces.add(reader, scene.forces.back().name);
   }
+  doubt_expressions(root, scene);
+  scene.doubts = document.parameters.doubts();
   return scene;
 }
 

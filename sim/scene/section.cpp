@@ -228,7 +228,7 @@ void turn_moments(double& iy, double& iz, double& iyz, double c, double s) {
   iyz = s * c * (z - y) + (c * c - s * s) * yz;
 }
 
-// Turned about x, from y towards z. What shear makes of both directions is shared out: exact where the factors are alike.
+// Turned about x, from y towards z.
 void turn_section(Section& section, double angle) {
   const double c = std::cos(angle), s = std::sin(angle);
   turn_moments(section.iy, section.iz, section.iyz, c, s);
@@ -236,6 +236,8 @@ void turn_section(Section& section, double angle) {
     const double fy = 1.0 / section.shear_y, fz = 1.0 / section.shear_z;
     section.shear_y = 1.0 / (c * c * fy + s * s * fz);
     section.shear_z = 1.0 / (s * s * fy + c * c * fz);
+    section.shear_yz = s * c * (fy - fz);
+    if (std::abs(section.shear_yz) < 1e-12 * (fy + fz)) section.shear_yz = 0.0;
   }
   for (Loop& loop : section.outline)
     for (Eigen::Vector2d& p : loop) p = Eigen::Vector2d(c * p.x() - s * p.y(), s * p.x() + c * p.y());

@@ -73,6 +73,21 @@ Term function(std::string_view name, const std::vector<Term>& arguments) {
   return {};
 }
 
+// The longest unit that begins at a place, behind blanks; of length 0: none.
+UnitInText unit_from(std::string_view text, std::size_t from) {
+  while (from < text.size() && text[from] == ' ') ++from;
+  std::size_t end = from, best = 0;
+  const auto is_word = [&](std::size_t k) { return k < text.size() && std::isalnum(static_cast<unsigned char>(text[k])); };
+  while (end < text.size() && std::string_view("+-(),?:<>=!&|").find(text[end]) == std::string_view::npos) {
+    ++end;
+    // A power may be negative.
+    if (text[end - 1] == '^' && end < text.size() && text[end] == '-') ++end;
+    if (is_word(end - 1) && is_word(end)) continue;
+    if (parse_unit(text.substr(from, end - from))) best = end - from;
+  }
+  return {from, best};
+}
+
 class Scanner {
  public:
   explicit Scanner(std::string_view text) : text_(text) {}
@@ -210,21 +225,11 @@ class Scanner {
     return {Term::open, {}, {}};
   }
 
-  // Of the longest unit that begins here (blanks before it are passed over where there is one).
+  // Of the unit that begins here (blanks before it are passed over where there is one).
   std::size_t unit_length() {
-    std::size_t from = at_;
-    while (from < text_.size() && text_[from] == ' ') ++from;
-    std::size_t end = from, best = 0;
-    const auto is_word = [&](std::size_t k) { return k < text_.size() && std::isalnum(static_cast<unsigned char>(text_[k])); };
-    while (end < text_.size() && std::string_view("+-(),?:<>=!&|").find(text_[end]) == std::string_view::npos) {
-      ++end;
-      // A power may be negative.
-      if (text_[end - 1] == '^' && end < text_.size() && text_[end] == '-') ++end;
-      if (is_word(end - 1) && is_word(end)) continue;
-      if (parse_unit(text_.substr(from, end - from))) best = end - from;
-    }
-    if (best > 0) at_ = from;
-    return best;
+    const UnitInText unit = unit_from(text_, at_);
+    if (unit.length > 0) at_ = unit.at;
+    return unit.length;
   }
 
   std::string_view text_;
@@ -248,14 +253,17 @@ namespace {
 
 bool in_word(char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; }
 
+// Does "*t" stand at k, with nothing behind it that belongs to the word?
+bool times_time(std::string_view text, std::size_t k) {
+  return text[k] == '*' && k + 1 < text.size() && text[k + 1] == 't' && (k + 2 == text.size() || !in_word(text[k + 2]));
+}
+
 // "90 deg * t" for "90 deg*t": where the time is known it is meant, not the tonne.
 std::string time_apart(std::string_view text) {
   std::string out;
-  for (std::size_t k = 0; k < text.size(); ++k) {
-    const bool time = text[k] == '*' && k + 1 < text.size() && text[k + 1] == 't' && (k + 2 == text.size() || !in_word(text[k + 2]));
-    if (time) out += " * ";
+  for (std::size_t k = 0; k < text.size(); ++k)
+    if (times_time(text, k)) out += " * ";
     else out += text[k];
-  }
   return out;
 }
 
@@ -281,6 +289,52 @@ std::optional<std::string> replace_units(std::string_view given, const char* uni
   if (terms->dimension && wanted && !fits(*terms->dimension, wanted->dimension))
     throw InputError(fmt::format("its units do not make {}", *unit ? unit : "a plain number"));
   return terms->text;
+}
+
+std::vector<UnitInText> units_in(std::string_view given) {
+  // No unit goes on over what it has in place of a '*' before the time.
+  std::string text(given);
+  for (std::size_t k = 0; k < text.size(); ++k)
+    if (times_time(given, k)) text[k] = '|';
+  std::vector<UnitInText> out;
+  const auto is_digit = [&](std::size_t k) { return k < text.size() && std::isdigit(static_cast<unsigned char>(text[k])); };
+  for (std::size_t at = 0; at < text.size();) {
+    bool apart = false;
+    if (is_digit(at) || (text[at] == '.' && is_digit(at + 1))) {
+      double value = 0.0;
+      at = static_cast<std::size_t>(std::from_chars(text.data() + at, text.data() + text.size(), value).ptr - text.data());
+    } else if (in_word(text[at])) {
+      // With its component: "tip.x", "joint.1".
+      while (at < text.size() && (in_word(text[at]) || text[at] == '.')) ++at;
+      apart = true;
+    } else if (text[at++] != ')') {
+      continue;
+    }
+    if (apart && (at >= text.size() || text[at] != ' ')) continue;
+    const UnitInText unit = unit_from(text, at);
+    if (unit.length == 0) continue;
+    out.push_back(unit);
+    at = unit.at + unit.length;
+  }
+  return out;
+}
+
+std::vector<UnitWord> unit_words(std::string_view text) {
+  std::vector<UnitWord> out;
+  for (const UnitInText& unit : units_in(text)) {
+    char joined = '\0';
+    for (std::size_t at = unit.at; at < unit.at + unit.length;) {
+      if (!std::isalpha(static_cast<unsigned char>(text[at]))) {
+        if (text[at] == '*' || text[at] == '/' || text[at] == ' ') joined = text[at];
+        ++at;
+        continue;
+      }
+      const std::size_t begin = at;
+      while (at < unit.at + unit.length && std::isalpha(static_cast<unsigned char>(text[at]))) ++at;
+      out.push_back({begin, at - begin, joined, unit});
+    }
+  }
+  return out;
 }
 
 bool is_sum(std::string_view text) {

@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace flexframe::sim {
 
@@ -26,6 +27,21 @@ std::optional<UnitTerms> resolve_units(std::string_view text);
 // inside, or one behind a whole without t. What is multiplied by t is multiplied by the time. Throws InputError where they make another
 // dimension.
 std::optional<std::string> replace_units(std::string_view text, const char* unit);
+
+// A unit that stands in a text behind a number, a closing bracket or, apart from it, a name.
+struct UnitInText {
+  std::size_t at, length;
+};
+// In order of appearance, in expressions and in arrays of them; "*t" is the time, not the tonne.
+std::vector<UnitInText> units_in(std::string_view text);
+
+// A word of a unit, where it stands in the text, and what joins it to the word before: '*', '/', ' ', or none for the first.
+struct UnitWord {
+  std::size_t at, length;
+  char joined;
+  UnitInText unit;
+};
+std::vector<UnitWord> unit_words(std::string_view text);
 
 // Whether a '+' or '-' joins two terms outside all brackets: "L + 2", not "-2*(a + b)" or "1e-3".
 bool is_sum(std::string_view text);

@@ -52,6 +52,7 @@ void build(System& system) {
   system.model = build_model(system.scene);
   system.work = make_work(system.model);
   system.notes = system.model.notes;
+  system.notes.warn(system.scene.doubts);
   check_motions(system.model, system.scene, system.notes);
   check_tables(system.scene, system.notes);
   for (TimeFunction& e : system.model.expressions) {

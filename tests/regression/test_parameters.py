@@ -313,6 +313,70 @@ def four_bar(folder):
         expect(word in said, f"a four-bar that cannot turn: {word!r} is missing in {said!r}")
 
 
+def two_ways(folder):
+    """Texts that may be read in two ways: each is read as the page says, and a warning says how."""
+
+    def pushed(value, parameters="", outputs="", more="", kind="force", name="push"):
+        text = "[simulation]\nduration = 0.1\noutput_rate = 10\n" + parameters
+        for k in ("a", "b"):
+            text += f'[[body]]\nname = "{k}"\nkind = "rigid"\nmass = 1\n'
+            text += f'[[joint]]\nname = "{k}"\nkind = "prismatic"\nparent = "ground"\nchild = "{k}"\naxis = [1, 0, 0]\n'
+            text += f'motion = "{2 if k == "a" else 5} + t"\n'
+        for output in outputs.split():
+            text += f'[[output]]\nname = "{output}"\nof = "{"b" if output == "b" else "a"}"\nquantity = "value"\n'
+        more = more or "direction = [0, 1, 0]\n"
+        text += f'[[force]]\nname = "push"\nkind = "{kind}"\non = "a"\n{more}value = "{value}"\n'
+        text += '[[output]]\nname = "F"\nof = "push"\nquantity = "force"\n'
+        (folder / "s.toml").write_text(text)
+        done = run("simulate", folder / "s.toml", "-o", folder / "r.h5", "--csv", folder / "h.csv")
+        return history(folder / "h.csv")["F"][-1], "WARNING" in done.stdout and done.stdout
+
+    g = "[parameters]\ng = 9.81\nm = 3\n"
+    weight = g + 'W = "5 kg*g"\n'
+    spring = dict(kind="spring-damper", more='from = "b"\nstiffness = 1e-9\n')
+    for what, (found, warned), wanted, word in (
+        ("grams times a time", pushed("5 kg*g*t", g), 0.0005, "'g'"),
+        ("the parameter with blanks", pushed("5 kg * g*t", g), 4.905, None),
+        ("a parameter in grams", pushed("W", weight), 0.005, "'g'"),
+        ("a parameter's product", pushed("W", weight.replace("kg*g", "kg * g")), 49.05, None),
+        ("newtons a metre", pushed("20 N/m*a", g, "a"), 42.0, None),
+        ("hours", pushed("1 N*h*t", "", "h"), 360.0, "'h'"),
+        ("a parameter with an output's name", pushed("2*m", g, "m"), 6.0, "'m'"),
+        ("a parameter with the spring's word", pushed("length + rate", "[parameters]\nlength = 7\n", "", **spring), 7.0, "'length'"),
+        ("the spring's word", pushed("length + rate", "", "", **spring), 3.0, None),
+        ("a name with a minus", pushed("a-b", "", "a b a-b"), 2.1, "'a-b'"),
+        ("a difference", pushed("a - b", "", "a b a-b"), -3.0, None),
+    ):
+        near(found, wanted, 1e-6, what)
+        expect(bool(warned) == bool(word) and (not word or word in warned), f"{what}: {warned}")
+    group = """[simulation]
+duration = 0.1
+output_rate = 10
+[[group]]
+name = "g"
+parameters = { m = 2, N = 3, s = 4 }
+[[group.body]]
+name = "a"
+kind = "rigid"
+mass = "m"
+[[group.joint]]
+name = "j"
+kind = "prismatic"
+parent = "ground"
+child = "a"
+initial = { value = 1, rate = 1 }
+spring = { stiffness = "100 N/m", damping = "7 N s/m" }
+[[group.output]]
+name = "m"
+of = "j"
+quantity = "spring_force"
+[[instance]]
+group = "g"
+name = "i"
+"""
+    near(simulate(folder, group)["i:m"][0], -107.0, 1e-9, "units in a group whose parameters and outputs have their names")
+
+
 def places(folder):
     # A mass on a spring from a named place hangs at rest length + m g / k.
     text = (
@@ -398,6 +462,7 @@ with temporary_folder() as folder:
     rotations(folder)
     parts(folder)
     words_in_expressions(folder)
+    two_ways(folder)
     four_bar(folder)
     places(folder)
     relative_outputs(folder)
