@@ -313,6 +313,15 @@ def four_bar(folder):
         expect(word in said, f"a four-bar that cannot turn: {word!r} is missing in {said!r}")
 
 
+def shares_and_speeds(folder):
+    """Per cent where a plain number stands, and a speed of friction with its unit."""
+    text = head.replace("0.5", "0.2") + rod % {"name": "rod", "mass": 1, "inertia": 0.1, "half": 0.2, "length": 0.4}
+    text += pin % {"name": "pin", "parent": "ground", "child": "rod"} + "initial = { rate = 2 }\n" + angle % {"name": "pin"}
+    friction = "friction = { coefficient = %s, normal_force = 40, radius = 0.1, regularised = %s }\n"
+    plain = simulate(folder, text.replace("initial", friction % (0.05, 0.5) + "initial"))
+    same(simulate(folder, text.replace("initial", friction % ('"5 %"', '"0.5 rad/s"') + "initial")), plain, "5 % and 0.5 rad/s")
+
+
 def two_ways(folder):
     """Texts that may be read in two ways: each is read as the page says, and a warning says how."""
 
@@ -462,6 +471,7 @@ with temporary_folder() as folder:
     rotations(folder)
     parts(folder)
     words_in_expressions(folder)
+    shares_and_speeds(folder)
     two_ways(folder)
     four_bar(folder)
     places(folder)
