@@ -320,6 +320,10 @@ def shares_and_speeds(folder):
     friction = "friction = { coefficient = %s, normal_force = 40, radius = 0.1, regularised = %s }\n"
     plain = simulate(folder, text.replace("initial", friction % (0.05, 0.5) + "initial"))
     same(simulate(folder, text.replace("initial", friction % ('"5 %"', '"0.5 rad/s"') + "initial")), plain, "5 % and 0.5 rad/s")
+    asked = simulate(folder, text.replace("tolerance = 1e-9", "accuracy = 0.01"))
+    for words in ('"1 %"', '"2*share"'):
+        given = "[parameters]\nshare = 0.005\n" + text.replace("tolerance = 1e-9", f"accuracy = {words}")
+        same(simulate(folder, given), asked, f"an accuracy of {words}")
 
 
 def two_ways(folder):
