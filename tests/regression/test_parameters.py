@@ -387,6 +387,16 @@ quantity = "spring_force"
 group = "g"
 name = "i"
 """
+    # Outputs of any name are those of the group, not of the scene; of a parameter's name: the parameter, told.
+    named = group.replace('"m"\nof = "j"\nquantity = "spring_force"', '"%s"\nof = "j"\nquantity = "value"')
+    named += '[[group.output]]\nname = "E"\nexpression = "2*%s"\n'
+    named += '[[body]]\nname = "o"\nkind = "rigid"\nmass = 1\n[[joint]]\nname = "o"\nkind = "prismatic"\nparent = "ground"\n'
+    named += 'child = "o"\ninitial = { value = 7 }\n[[output]]\nname = "x-pos"\nof = "o"\nquantity = "value"\n'
+    near(simulate(folder, named % ("x-pos", "x-pos"))["i:E"][0], 2.0, 1e-9, "an output of the group with a minus in its name")
+    (folder / "s.toml").write_text(named % ("N", "N"))
+    done = run("simulate", folder / "s.toml", "-o", folder / "r.h5", "--csv", folder / "h.csv")
+    near(history(folder / "h.csv")["i:E"][0], 6.0, 1e-9, "a parameter of the group with an output's name")
+    expect("in '2*N' the parameter 'N' is read" in done.stdout, f"a parameter of the group is not told: {done.stdout}")
     near(simulate(folder, group)["i:m"][0], -107.0, 1e-9, "units in a group whose parameters and outputs have their names")
 
 
