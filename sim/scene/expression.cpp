@@ -631,15 +631,25 @@ double next_choice(expression::Op op, double chosen, double a, double b) {
   }
 }
 
+// What a selector chooses where what it is held at leads to no number: those that the motion switches what they see there.
+double beyond(const std::vector<int>& by_state, const std::vector<double>& held, int index, expression::Op op, double a, double b) {
+  return std::binary_search(by_state.begin(), by_state.end(), index) ? expression::select(op, a, b) : held[index];
+}
+
 }  // namespace
 
 double Expression::value(double t, const double* variables) const {
   double* const none = nullptr;
-  const double result =
-      frozen_.empty() ? run(
+  double result = frozen_.empty()
+                      ? run(
                             Piece(code_), t, [](int, Op op, double a, double b) { return expression::select(op, a, b); }, none, variables)
                       : run(
                             Piece(code_), t, [this](int index, Op, double, double) { return frozen_[index]; }, none, variables);
+  // Beyond the end of its piece a power or root may have no value ("abs(v)^1.7" once v has changed its sign): that of the next piece.
+  if (!std::isfinite(result) && !frozen_.empty())
+    result = run(
+        Piece(code_), t, [this](int i, Op op, double a, double b) { return beyond(state_selectors_, frozen_, i, op, a, b); }, none,
+        variables);
   if (!std::isfinite(result)) not_finite(t, text_, "the value", result);
   return result;
 }
@@ -668,8 +678,12 @@ std::pair<double, double> Expression::operands(std::size_t s, const std::vector<
   const Selector& selector = selectors_[s];
   const bool two = expression::is_binary_selector(selector.op);
   double first = 0.0;
-  const double last = run(
+  double last = run(
       Piece(code_, selector.begin, selector.end), t, [&](int i, Op, double, double) { return held[i]; }, two ? &first : nullptr, variables);
+  if (!std::isfinite(last) || !std::isfinite(first))
+    last = run(
+        Piece(code_, selector.begin, selector.end), t,
+        [&](int i, Op op, double a, double b) { return beyond(state_selectors_, held, i, op, a, b); }, two ? &first : nullptr, variables);
   return two ? std::pair(first, last) : std::pair(last, 0.0);
 }
 

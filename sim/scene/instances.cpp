@@ -2,9 +2,11 @@
 
 #include "sim/base/spatial.h"
 #include "sim/base/words.h"
+#include "sim/scene/readings.h"
 #include "sim/scene/rotation_input.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <set>
 
@@ -63,6 +65,18 @@ std::string fill(const Copy& copy, const std::string& text, bool expression = fa
   return out;
 }
 
+// The longest name of an output or block of the group that stands there; empty: none.
+std::string output_at(const Copy& copy, const std::string& text, std::size_t at) {
+  std::string longest;
+  for (const std::string& name : copy.outputs) {
+    const std::size_t end = at + name.size();
+    if (name.size() <= longest.size() || text.compare(at, name.size(), name) != 0) continue;
+    const auto in_word = [&](std::size_t k) { return std::isalnum(static_cast<unsigned char>(text[k])) || text[k] == '_'; };
+    if (end == text.size() || !in_word(end) || !in_word(end - 1)) longest = name;
+  }
+  return longest;
+}
+
 // Expressions read the outputs of their own group.
 std::string name_readings(const Copy& copy, const std::string& text) {
   std::string out;
@@ -72,10 +86,12 @@ std::string name_readings(const Copy& copy, const std::string& text) {
     if (only_a_unit(word, text)) units.insert(word.at);
   for (const NameInText& name : names_in(text)) {
     const bool component = name.at > 0 && text[name.at - 1] == '.';
-    if (component || units.contains(name.at) || !copy.outputs.contains(text.substr(name.at, name.length))) continue;
+    if (component || name.at < done || units.contains(name.at)) continue;
+    const std::string found = output_at(copy, text, name.at);
+    if (found.empty()) continue;
     out.append(text, done, name.at - done);
-    out += copy.name + ":";
-    done = name.at;
+    out += copy.name + ":" + found;
+    done = name.at + found.size();
   }
   return out.append(text, done, std::string::npos);
 }
@@ -85,7 +101,10 @@ void rewrite(const Copy& copy, TomlValue& value, const std::string& key, bool wo
   if (value.type == Type::text) {
     if (!words) {
       try {
-        value.text = name_readings(copy, copy.own.substitute_beside_units(fill(copy, value.text, true)));
+        const std::string filled = fill(copy, value.text, true);
+        if (key == "value" || key == "expression" || key == "input")
+          doubt_parameters(copy.own, filled, {copy.outputs.begin(), copy.outputs.end()});
+        value.text = name_readings(copy, copy.own.substitute_beside_units(filled));
       } catch (const InputError& error) {
         copy.instance->fail(error.what());
       }
@@ -107,7 +126,7 @@ void rewrite(const Copy& copy, TomlValue& value, const std::string& key, bool wo
       }
       // Names of frames are keys; what stands behind them are numbers.
       const bool inner_words = key == "drawing" || (key != "frames" && value.keys[k] != "frames" && word_keys.contains(value.keys[k]));
-      rewrite(copy, value.items[k], value.keys[k], inner_words);
+      rewrite(copy, value.items[k], key == "initial" ? key : value.keys[k], inner_words);
     }
   }
 }
@@ -266,6 +285,7 @@ void place_instances(TomlValue& root, const std::string& file, const Parameters&
           for (const TomlValue& item : list->items)
             if (const TomlValue* own = item.find("name")) copy.outputs.insert(fill(copy, own->text));
       add_copy(root, *definition, copy, file);
+      for (const std::string& text : copy.own.doubts()) parameters.doubt(text);
     }
   }
 }

@@ -158,6 +158,7 @@ std::string_view trimmed(std::string_view text) {
 
 void require_unit(const Dimension& given, const char* wanted_text, std::string_view found) {
   const std::optional<Unit> wanted = wanted_text ? parse_unit(wanted_text) : std::nullopt;
+  if (!wanted_text && given == Dimension{}) return;  // "5 %"
   if (!wanted_text) throw InputError(fmt::format("a number without a unit is expected, found the unit {}", quote(found)));
   if (!wanted || !fits(given, wanted->dimension))
     throw InputError(

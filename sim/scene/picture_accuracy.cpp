@@ -24,7 +24,8 @@ std::optional<PictureAccuracy> parse_picture_accuracy(std::string_view text) {
   const auto [after, error] = std::from_chars(text.data(), end, out.value);
   if (error != std::errc()) return std::nullopt;
   const std::string unit(trimmed({after, static_cast<size_t>(end - after)}));
-  if (unit.empty()) return std::nullopt;
+  // A number: "1e-3", "1 %", "2*a".
+  if (unit.empty() || std::string_view("+-*/^%").find(unit.front()) != std::string_view::npos) return std::nullopt;
   const auto refuse = [&](const std::string& why) {
     throw InputError(
         fmt::format("must be a number from 1e-12 to 0.5 (a share of the outputs' ranges), or a distance in the pictures such as "

@@ -81,7 +81,7 @@ Spring read_spring(const TableReader& reader, const CoordinateUnits& units, bool
   return spring;
 }
 
-Friction read_friction(const TableReader& reader) {
+Friction read_friction(const TableReader& reader, const CoordinateUnits& units) {
   reader.allow({"coefficient", "normal_force", "radius", "static_coefficient", "regularised"});
   Friction friction;
   friction.coefficient = reader.number("coefficient", not_negative);
@@ -94,7 +94,7 @@ Friction read_friction(const TableReader& reader) {
   if (friction.static_coefficient && *friction.static_coefficient < friction.coefficient)
     reader.fail("static_coefficient",
                 fmt::format("must not be smaller than the coefficient {}, found {}", friction.coefficient, *friction.static_coefficient));
-  friction.regularised = reader.optional_number("regularised", positive);
+  friction.regularised = reader.optional_number("regularised", positive.in(units.rate));
   return friction;
 }
 
@@ -444,7 +444,7 @@ JointDef read_joint(TableReader& reader, const Scene& scene) {
     joint.spring = read_spring(*spring, units_of(facts));
   }
   if (const auto friction = reader.table("friction")) {
-    joint.friction = read_friction(*friction);
+    joint.friction = read_friction(*friction, units_of(facts));
     if (facts.curve && joint.friction->reaction)
       friction->fail("normal_force", "must be a number (N) for a point-on-curve joint: its own reaction is not known to its friction");
   }

@@ -545,4 +545,10 @@ for section, (A, iy, iz, ky, kz) in (
             found = last(simulate(text), "tip.y", "tip.z")
             off = math.dist(found, (y, z)) / math.hypot(y, z)
             expect(off < 1e-4, f"{section[8:16]} turned by {angle} degrees, {model}: {off:.2g} of its deflection off")
+# A beam of such a section vibrates as fast however it is turned.
+shear = 'effects = ["bending_xy", "bending_xz", "torsion", "shear", "stiffening"]'
+straight, askew = (
+    frequencies(stubby.replace("SECTION", general).replace("ANGLE", angle).replace("MODEL", shear))[:5] for angle in ("0", "-30")
+)
+near(max(abs(a / b - 1) for a, b in zip(straight, askew)), 0.0, 1e-6, "frequencies of a turned section")
 finish()

@@ -313,6 +313,19 @@ def four_bar(folder):
         expect(word in said, f"a four-bar that cannot turn: {word!r} is missing in {said!r}")
 
 
+def shares_and_speeds(folder):
+    """Per cent where a plain number stands, and a speed of friction with its unit."""
+    text = head.replace("0.5", "0.2") + rod % {"name": "rod", "mass": 1, "inertia": 0.1, "half": 0.2, "length": 0.4}
+    text += pin % {"name": "pin", "parent": "ground", "child": "rod"} + "initial = { rate = 2 }\n" + angle % {"name": "pin"}
+    friction = "friction = { coefficient = %s, normal_force = 40, radius = 0.1, regularised = %s }\n"
+    plain = simulate(folder, text.replace("initial", friction % (0.05, 0.5) + "initial"))
+    same(simulate(folder, text.replace("initial", friction % ('"5 %"', '"0.5 rad/s"') + "initial")), plain, "5 % and 0.5 rad/s")
+    asked = simulate(folder, text.replace("tolerance = 1e-9", "accuracy = 0.01"))
+    for words in ('"1 %"', '"2*share"'):
+        given = "[parameters]\nshare = 0.005\n" + text.replace("tolerance = 1e-9", f"accuracy = {words}")
+        same(simulate(folder, given), asked, f"an accuracy of {words}")
+
+
 def two_ways(folder):
     """Texts that may be read in two ways: each is read as the page says, and a warning says how."""
 
@@ -374,6 +387,16 @@ quantity = "spring_force"
 group = "g"
 name = "i"
 """
+    # Outputs of any name are those of the group, not of the scene; of a parameter's name: the parameter, told.
+    named = group.replace('"m"\nof = "j"\nquantity = "spring_force"', '"%s"\nof = "j"\nquantity = "value"')
+    named += '[[group.output]]\nname = "E"\nexpression = "2*%s"\n'
+    named += '[[body]]\nname = "o"\nkind = "rigid"\nmass = 1\n[[joint]]\nname = "o"\nkind = "prismatic"\nparent = "ground"\n'
+    named += 'child = "o"\ninitial = { value = 7 }\n[[output]]\nname = "x-pos"\nof = "o"\nquantity = "value"\n'
+    near(simulate(folder, named % ("x-pos", "x-pos"))["i:E"][0], 2.0, 1e-9, "an output of the group with a minus in its name")
+    (folder / "s.toml").write_text(named % ("N", "N"))
+    done = run("simulate", folder / "s.toml", "-o", folder / "r.h5", "--csv", folder / "h.csv")
+    near(history(folder / "h.csv")["i:E"][0], 6.0, 1e-9, "a parameter of the group with an output's name")
+    expect("in '2*N' the parameter 'N' is read" in done.stdout, f"a parameter of the group is not told: {done.stdout}")
     near(simulate(folder, group)["i:m"][0], -107.0, 1e-9, "units in a group whose parameters and outputs have their names")
 
 
@@ -462,6 +485,7 @@ with temporary_folder() as folder:
     rotations(folder)
     parts(folder)
     words_in_expressions(folder)
+    shares_and_speeds(folder)
     two_ways(folder)
     four_bar(folder)
     places(folder)

@@ -72,6 +72,23 @@ def times_inside(folder):
     off(h["x"], x, 1e-7, "a controller with limits")
 
 
+def broken_powers(folder):
+    """Powers and roots that have no number once their base has changed its sign: what is held of a step goes a little beyond that."""
+    text = simulation % (1.5, "[0, 0, 0]") + ball + rail % "axis = [1, 0, 0]\ninitial = { value = 0.5 }" + place
+    sign = lambda a: math.copysign(1.0, a)
+    for value, law in (
+        ("-20*sign(x)*abs(x)^1.5", lambda x, v: -20 * sign(x) * abs(x) ** 1.5),
+        ("x > 0 ? -20*x^1.5 : 20*(-x)^1.5", lambda x, v: -20 * sign(x) * abs(x) ** 1.5),
+        ("-40*x - 60*max(0, x)^1.5", lambda x, v: -40 * x - 60 * max(0.0, x) ** 1.5),
+        ("-40*x - abs(v)^1.7*sign(v)", lambda x, v: -40 * x - sign(v) * abs(v) ** 1.7),
+        ("-40*x - 3*sqrt(abs(v))*sign(v)", lambda x, v: -40 * x - 3 * sign(v) * math.sqrt(abs(v))),
+        ("-10*asin(min(1, max(-1, 3*x)))", lambda x, v: -10 * math.asin(min(1.0, max(-1.0, 3 * x)))),
+    ):
+        h = simulate(folder, text + push % ("1, 0, 0", value))
+        solved = solve_ivp(lambda t, y, law=law: [y[1], law(*y) / 2], (0, 1.5), [0.5, 0.0], rtol=1e-10, atol=1e-12, max_step=1e-3)
+        off(h["x"], np.interp(h["t"], solved.t, solved.y[0]), 1e-5, value)
+
+
 def between_bodies(folder):
     """An actuator between two free bodies by length and rate, and a spring whose rest moves: energy and momentum."""
     other = ball.replace('"ball"', '"other"').replace("mass = 2", "mass = 3")
@@ -192,4 +209,4 @@ def narrow(folder):
     off(h["v"], np.where(h["t"] > 0.7, 1 - np.exp(-(h["t"] - 0.7)), 0)[:], 1e-3, "a pulse into a block")
 
 
-run_parts(readings, times_inside, between_bodies, drags, rest_is_no_switch, groups, narrow, wrong_words)
+run_parts(readings, times_inside, broken_powers, between_bodies, drags, rest_is_no_switch, groups, narrow, wrong_words)
