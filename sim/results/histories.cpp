@@ -19,11 +19,10 @@ std::vector<std::pair<Eigen::Index, Eigen::Index>> common_samples(const VecX& a,
   return out;
 }
 
-// Range of the vector that each column belongs to.
-VecX vector_ranges(const Histories& h) {
-  const Eigen::Index n = h.values.rows();
-  VecX own = VecX::Zero(n), out = VecX::Zero(n);
-  if (h.values.cols() > 0) own = h.values.rowwise().maxCoeff() - h.values.rowwise().minCoeff();
+// The largest of the columns' own values within the vector that each belongs to.
+VecX largest_of_vectors(const Histories& h, const VecX& own) {
+  const Eigen::Index n = own.size();
+  VecX out = VecX::Zero(n);
   std::map<std::pair<std::string, std::string>, double> of_vector;  // by name and unit
   const auto key = [&](Eigen::Index k) { return std::pair(h.columns[k].substr(0, h.columns[k].rfind('.')), h.units[k]); };
   for (Eigen::Index k = 0; k < n; ++k) {
@@ -32,6 +31,12 @@ VecX vector_ranges(const Histories& h) {
   }
   for (Eigen::Index k = 0; k < n; ++k) out[k] = of_vector[key(k)];
   return out;
+}
+
+// Range of the vector that each column belongs to.
+VecX vector_ranges(const Histories& h) {
+  if (h.values.cols() == 0) return VecX::Zero(h.values.rows());
+  return largest_of_vectors(h, h.values.rowwise().maxCoeff() - h.values.rowwise().minCoeff());
 }
 
 bool kinematic(const std::string& unit) { return unit == "m" || unit == "rad" || unit == "m/s" || unit == "rad/s"; }
@@ -86,7 +91,10 @@ VecX rounding_of_outputs(const Histories& h) {
     const std::string& unit = h.units[k];
     const auto floor = rounding.find(unit);
     out[k] = std::max((kinematic(unit) ? 1e-11 : 1e-6) * largest[unit], floor == rounding.end() ? 0.0 : floor->second);
+    // Stiff bodies take rounding of places for forces, which the softest give way to.
+    if (h.scales.rests && floor != rounding.end()) out[k] = std::max(out[k], 1e6 * floor->second);
   }
+  if (h.scales.rests) out = out.cwiseMax(1e-3 * largest_of_vectors(h, h.values.cwiseAbs().rowwise().maxCoeff()));
   return out;
 }
 

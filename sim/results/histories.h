@@ -17,6 +17,7 @@ struct OutputScales {
   double length = 0.0;  // m, size of the mechanism
   double force = 0.0;   // N, largest force in a joint, weight
   double speed = 0.0;   // m/s, of its mass on the average, at its fastest
+  bool rests = false;   // it stays in static equilibrium: what moves is rounding
 };
 
 struct Histories {
@@ -34,7 +35,7 @@ Histories to_histories(const Results& results);
 
 // What each column may be by nothing but rounding: of lengths, angles and rates 1e-11 of the largest of their unit (what closing loops
 // leaves), of forces and accelerations 1e-6 (what the equations of motion leave of them where they are zero), and of all the rounding
-// (1e-12) of what they come from.
+// (1e-12) of what they come from. Of a mechanism that stays in static equilibrium a thousandth of what the output is.
 VecX rounding_of_outputs(const Histories& histories);
 // Range of the output that each column belongs to, one number a column. 0 where the output does not move by more than rounding; energies
 // are measured against the energy scale at least, as a conserved one does not move. A size that is given counts instead.

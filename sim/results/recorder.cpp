@@ -69,6 +69,7 @@ Energy bring(System& system, double t, const VecX& y, const SampleNeeds& needs, 
 void raise_scales(const System& system, const Energy& e, bool reactions, const Reactions& forces, OutputScales& scales) {
   const Model& model = system.model;
   scales.length = model.size;
+  scales.rests = stays_in_equilibrium(system);
   const double duration = model.settings.duration;
   scales.force = std::max({scales.force, model.mass * model.settings.gravity.norm(), model.mass * model.size / (duration * duration),
                            std::max(e.kinetic, e.strain) / model.size});

@@ -448,9 +448,8 @@ void tell_of_frequencies(const System& system, const Linearisation& linear, cons
   const double rest = 1e-6 * own[own.size() - 1];
   VecX by_shapes;
   for (const RicherBeams& r : richer) {
-    // A beam that can lengthen bears another share of what presses it at its equilibrium.
+    // A beam that can lengthen gives way where others push along it, and bears another share of what presses it at its equilibrium.
     const bool further = r.by == RicherBeams::By::further;
-    if (further && !wants_statics(system.scene)) continue;
     VecX other;
     try {
       other = undamped_frequencies(linearise(r.system));

@@ -319,6 +319,7 @@ void ErrorWeights::repack(const System& system, const std::vector<Partition>& be
 }
 
 std::vector<double> ErrorWeights::narrowed(const System& system) const {
+  if (stays_in_equilibrium(system)) return {};
   const Model& model = system.model;
   const size_t n = model.parts.size();
   // How far every tree went, of the mechanism's size or in radians: by joints, and by deformation.

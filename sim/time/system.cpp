@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <variant>
 
 namespace flexframe::sim {
 
@@ -273,6 +274,24 @@ bool renew_partitions(System& system, double t, const VecX& y) {
     changed = true;
   }
   return changed;
+}
+
+bool stays_in_equilibrium(const System& system) {
+  const Scene& scene = system.scene;
+  const Model& model = system.model;
+  const auto given = [](const BodyDef& body) {
+    return std::visit(
+        [](const auto& kind) {
+          if constexpr (requires { kind.initial; }) return !kind.initial.q.empty() || !kind.initial.qd.empty();
+          else return false;
+        },
+        body.kind);
+  };
+  return scene.simulation.static_start && model.functions.empty() && model.blocks.empty() &&
+         std::all_of(model.expressions.begin(), model.expressions.end(), [](const TimeFunction& f) { return f.constant(); }) &&
+         std::none_of(model.loads.begin(), model.loads.end(), [](const Load& l) { return l.def.kind == ForceKind::user; }) &&
+         std::none_of(scene.joints.begin(), scene.joints.end(), [](const JointDef& j) { return j.initial.value || j.initial.rate; }) &&
+         std::none_of(scene.bodies.begin(), scene.bodies.end(), given);
 }
 
 }  // namespace flexframe::sim

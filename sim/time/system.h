@@ -66,4 +66,7 @@ VecX repack_state(System& system, const VecX& old, const std::vector<Partition>&
 // state must be packed anew, from work).
 bool renew_partitions(System& system, double t, const VecX& y);
 
+// Whether nothing but rounding moves it: a start in static equilibrium under loads that stay as they are.
+bool stays_in_equilibrium(const System& system);
+
 }  // namespace flexframe::sim

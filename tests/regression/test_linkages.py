@@ -1,8 +1,9 @@
 """Linkages of the textbooks assembled and run from guesses of two and three digits, compared with circles that meet (compass and ruler)."""
 import math
 import pathlib
+import re
 
-from program import expect, finish, history, near, run, temporary_folder
+from program import expect, finish, history, near, run, source, temporary_folder
 from scene_text import joint, output, rigid, simulation
 
 
@@ -429,10 +430,39 @@ def thin_coupler(folder):
             expect(driven or max(h["turn"]) > 6, f"{what}: a full turn")
 
 
+def spatial_loops(folder):
+    """Elastic loops in space against straight beams of Euler and Bernoulli, joined at their ends (numpy, 32 elements each).
+
+    At rest under forces nothing may move, and no run may try to resolve its rounding: that took more than ten minutes of a second. Section
+    forces at a quarter of each rod. Where lengthening is off, `check` says what it takes from a vibration (17.819 Hz with it).
+    """
+    data = source / "tests/regression/data"
+    out = pathlib.Path(folder) / "rest.csv"
+    done = run("simulate", data / "loop_at_rest.toml", "--csv", out, "--max-steps", "20000")
+    expect("WARNING" not in done.stdout + done.stderr, f"a loop at rest is warned of: {done.stdout}{done.stderr}")
+    table = history(out)
+    truth = {
+        "S0": (-1.6774e-5, -1.0036e-5, -3.2819e-6, 7.3247e-8, 2.813e-7, -6.3389e-8),
+        "S1": (-1.0923e-5, -1.1577e-5, 8.2114e-6, 0, 4.0986e-8, -2.0594e-7),
+        "S2": (1.0615e-5, -1.7819e-7, -1.2651e-5, 0, -3.349e-8, 4.7172e-10),
+    }
+    for name, wanted in truth.items():
+        for part, value in zip(("N", "Vy", "Vz", "T", "My", "Mz"), wanted):
+            size = max(abs(v) for v in (wanted[:3] if part in ("N", "Vy", "Vz") else wanted[3:]))
+            for row in (0, -1):
+                near(table[f"{name}.{part}"][row], value, 8e-3 * size, f"loop at rest, {name}.{part}")
+    text = run("check", data / "loop_lengthens.toml").stdout
+    said = re.search(r"that of ([0-9.]+) Hz to ([0-9.]+) Hz: add \"axial\"", text)
+    expect(said is not None, f"what lengthening takes from a frequency is not said: {text}")
+    if said:
+        near(float(said[2]), 17.8187, 2e-3 * 17.8187, "frequency with lengthening")
+
+
 with temporary_folder() as folder:
     folder = pathlib.Path(folder)
     for linkage in (jansen, watt, stephenson, quick_return, stewart, far_pins, many_turns, rubbing_slot, sprung_loop):
         linkage(folder)
     for linkage in (rates_of_rounding, thin_coupler):
         linkage(folder)
+    spatial_loops(folder)
 finish()
