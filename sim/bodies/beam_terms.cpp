@@ -417,7 +417,7 @@ MatX in_body(const MatX& m, const Basis& Z) { return congruent(m, Z); }
 Vec6 rotary_inertia(const Properties& p, const BeamEffects& effects) {
   const double L = p.length;
   Vec3 across(p.inertia_y, p.inertia_z, -p.inertia_yz);  // yy, zz, yz, kg m
-  if (!effects.shear && (effects.bending_xy || effects.bending_xz)) {
+  if (!effects.shear) {
     const double half = 0.5 * (across[0] - across[1]), smaller = 0.5 * (across[0] + across[1]) - std::hypot(half, across[2]);
     const bool xy = effects.bending_xy && !effects.torsion, xz = effects.bending_xz && !effects.torsion;
     across.head<2>().array() -= xy == xz ? smaller : xy ? across[1] : across[0];

@@ -317,7 +317,7 @@ TEST(BeamBody, OnlyTheTermsAskedForExist) {
     const FlexibleBody rigid = make(def, {});
     EXPECT_EQ(rigid.n, 0);
     EXPECT_NEAR(rigid.mass, 2700.0 * 2.1e-4 * 1.3, 1e-12);
-    EXPECT_NEAR(rigid.J0[2], rigid.mass * 1.3 * 1.3 / 3.0 + 1.3 * 2700.0 * def.section.iz, 1e-12);
+    EXPECT_NEAR(rigid.J0[2], rigid.mass * 1.3 * 1.3 / 3.0 + 1.3 * tensor_of_sections(def, false)(2, 2), 1e-12);
     EXPECT_NEAR(rigid.J0[0], 2700.0 * 8e-9 * 1.3, 1e-15);
     EXPECT_EQ(rigid.nodes[0].name, "root");
     EXPECT_EQ(rigid.nodes[1].name, "tip");

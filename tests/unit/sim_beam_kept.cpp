@@ -91,7 +91,9 @@ Dense dense(const FlexibleBody& body, const BeamEffects& effects, const std::vec
   M.topLeftCorner(3, 3) = body.mass * Mat3::Identity();
   M.block<3, 3>(0, 3) = -skew(body.md0) / L;
   M.block<3, 3>(3, 0) = skew(body.md0) / L;
-  M.block<3, 3>(3, 3).diagonal() = body.J0.head<3>() / (L * L);
+  const Vec6& J = body.J0;
+  M.block<3, 3>(3, 3) << J[0], J[3], J[4], J[3], J[1], J[5], J[4], J[5], J[2];
+  M.block<3, 3>(3, 3) /= L * L;
   M.block(0, 6, 3, body.n) = body.md1;
   M.block(3, 6, 3, body.n) = body.Cr0 / L;
   M.block(6, 0, body.n, 3) = body.md1.transpose();
