@@ -41,6 +41,7 @@ struct UnitWord {
   char joined;
   UnitInText unit;
 };
+// The words of all units in a text, in order of appearance.
 std::vector<UnitWord> unit_words(std::string_view text);
 
 // Whether a '+' or '-' joins two terms outside all brackets: "L + 2", not "-2*(a + b)" or "1e-3".
