@@ -88,7 +88,7 @@ class Errors:
 
     def power(self, floor):
         """By which power of the tolerance errors shrink, from 0.05 down to what the truth is good to; None where they say too little.
-        The loosest run may be near by chance (six-bar at 1e-4: 0.013, at 1e-5 0.12): the power is the larger one of those with and without it.
+        The loosest run may be near by chance (six-bar at 1e-4: 0.013, at 1e-5 0.12): the larger power of those with and without it.
         """
         known = sorted((np.log10(t), np.log10(e)) for t, e in self.error.items() if floor < e < 0.05)
         spans = [k for k in (known, known[:-1]) if len(k) > 1 and k[-1][0] - k[0][0] > 1.9]

@@ -204,7 +204,7 @@ def torsion_rod(r):
 
 
 def spun_blade(r):
-    """A flat blade on a hub that turns evenly, pitched and twisted by a torque at its tip, at rest in its own frame; effects free or listed"""
+    """A flat blade on a hub that turns evenly, pitched and twisted by a torque at its tip, at rest in its frame; effects free or listed"""
     L, m, s = sizes(r, slender=(6, 30), shapes=("rectangle",))
     G, A, iy, iz = m["E"] / (2 * (1 + m["poisson"])), s["area"], s["iy"], s["iz"]
     rates = math.sqrt(G * s["j"] / (m["rho"] * (iy + iz))) * math.pi / (2 * L)  # of its first torsion
