@@ -88,8 +88,8 @@ void add_part(SecondOrder& sum, const SecondOrder& part, const MatX& rows);
 FieldRows in_coordinates(const FieldRows& row, const MatX& Z);
 
 // The sections' rotary inertia about the axes across the beam: xx yy zz xy xz yz, kg m^2. Without shear only in so far as it is unlike
-// about them: that part turns what spins about its own axis (propeller moment) and is as large as the polar moment. What
-// is alike slows bending by (r/L)^2 and is left out, in such a way that motions in the only plane in which a beam bends have none.
+// about them: that part turns what spins about its own axis (propeller moment) and is as large as the polar moment. What is alike slows
+// bending by (r/L)^2 and is left out, in such a way that motions in the only plane in which a beam bends have none.
 Vec6 rotary_inertia(const Properties& p, const BeamEffects& effects);
 // Body from integrals in other coordinates: full = Z q. Fills everything but Me, Ke, De, labels, nodes and md2, J2, Cr1.
 FlexibleBody linear_body(const Integrals& sum, const Properties& p, const BeamEffects& effects, const Basis& Z);

@@ -505,7 +505,7 @@ duration = 0.01
 output_rate = 100
 start = "static"
 [[body]]
-name = "stub"
+name = "console"
 kind = "beam"
 length = 0.15
 section = { SECTION, angle = "ANGLE deg" }
@@ -515,15 +515,15 @@ MODEL
 name = "wall"
 kind = "weld"
 parent = "ground"
-child = "stub"
+child = "console"
 [[force]]
 kind = "force"
-on = "stub.tip"
+on = "console.tip"
 direction = [0, 1, 0]
 value = 3
 [[output]]
 name = "tip"
-of = "stub.tip"
+of = "console.tip"
 quantity = "position"
 """
 general = 'shape = "general", area = 2e-3, iy = 3e-7, iz = 6e-7, j = 5e-7, shear_y = 0.8, shear_z = 0.3'
