@@ -59,22 +59,12 @@ sim::Method method_from_name(const std::string& name) {
 AskedAccuracy asked_accuracy(const SimulationWords& words) {
   AskedAccuracy out;
   if (words.accuracy.empty()) return out;
-  const auto refuse = [&](const std::string& why) { throw UsageError(fmt::format("--accuracy {}", why)); };
   try {
     out.pictures = sim::parse_picture_accuracy(words.accuracy);
+    if (!out.pictures) out.share = sim::parse_share_of_ranges(words.accuracy);
   } catch (const sim::InputError& error) {
-    refuse(error.what());
+    throw UsageError(fmt::format("--accuracy {}", error.what()));
   }
-  if (out.pictures) return out;
-  double share = 0.0;
-  const char* const end = words.accuracy.data() + words.accuracy.size();
-  const auto [after, error] = std::from_chars(words.accuracy.data(), end, share);
-  if (error != std::errc() || after != end || !(share >= 1e-9 && share <= 0.5))
-    refuse(
-        fmt::format("must be a number from 1e-9 to 0.5 (a share of the outputs' ranges), or a distance in the pictures such as "
-                    "\"0.5 px\" or \"0.1 mm\", found {}",
-                    sim::quote(words.accuracy)));
-  out.share = share;
   return out;
 }
 

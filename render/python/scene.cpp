@@ -39,17 +39,14 @@ sim::Method method_of(const std::string& word) {
 
 namespace {
 
-// A distance as text; throws ArgumentError.
-sim::PictureAccuracy distance_of(const std::string& text) {
+// A distance or a share as text; throws ArgumentError.
+void read_accuracy(const std::string& text, sim::Scene& scene, sim::SimulateOptions& options) {
   try {
-    if (const auto found = sim::parse_picture_accuracy(text)) return *found;
+    scene.simulation.picture_accuracy = sim::parse_picture_accuracy(text);
+    if (!scene.simulation.picture_accuracy) options.accuracy = sim::parse_share_of_ranges(text);
   } catch (const sim::InputError& error) {
     throw ArgumentError(fmt::format("accuracy {}", error.what()));
   }
-  throw ArgumentError(
-      fmt::format("accuracy must be a number from 1e-9 to 0.5 (a share of the outputs' ranges), or a distance in the pictures such as "
-                  "\"0.5 px\" or \"0.1 mm\"; found {}",
-                  sim::quote(text)));
 }
 
 // Parameters: one a word of ff.simulate.
@@ -62,7 +59,7 @@ std::shared_ptr<sim::Results> simulate(const Scene& given, const std::variant<st
   if (asked || tolerance) scene.simulation.picture_accuracy.reset();
   sim::SimulateOptions options;
   if (const double* share = std::get_if<double>(&accuracy)) options.accuracy = *share;
-  if (const std::string* distance = std::get_if<std::string>(&accuracy)) scene.simulation.picture_accuracy = distance_of(*distance);
+  if (const std::string* distance = std::get_if<std::string>(&accuracy)) read_accuracy(*distance, scene, options);
   options.tolerance = tolerance;
   if (method) options.method = method_of(*method);
   options.estimate_error = estimate_error;

@@ -530,8 +530,8 @@ Results run_with_settings(const RememberedSettings& found, double output_rate, c
 Results simulate_as_asked(const Scene& scene, const SimulateOptions& options, const SettingsMemory* memory) {
   if (options.tolerance && !(*options.tolerance >= 1e-13 && *options.tolerance <= 0.1))
     throw ArgumentError(fmt::format("the tolerance must be a number from 1e-13 to 0.1, found {:g}", *options.tolerance));
-  if (options.accuracy && !(*options.accuracy >= 1e-9 && *options.accuracy <= 0.5))
-    throw ArgumentError(fmt::format("the accuracy asked for must be a number from 1e-9 to 0.5, found {:g}", *options.accuracy));
+  if (options.accuracy && !(*options.accuracy >= 1e-12 && *options.accuracy <= 0.5))
+    throw ArgumentError(fmt::format("the accuracy asked for must be a number from 1e-12 to 0.5, found {:g}", *options.accuracy));
   if (scene.simulation.picture_accuracy && !options.tolerance && !options.accuracy) {
     Results results = run_scene(scene, options);
     results.statistics.notes.warn("",

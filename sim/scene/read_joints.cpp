@@ -312,8 +312,14 @@ std::string read_driven_expression(const TableReader& reader, std::string_view k
   } catch (const InputError& error) {
     // "10 kN" is a number with a unit, "5 kN*sin(50 Hz*t)" has them inside.
     if (const auto with_units = expression_with_units(reader, key, value.text, unit)) return *with_units;
-    if (split_unit(value.text).second.empty())
-      reader.fail(key, fmt::format("is no expression of t: {}, {}", quote(value.text), error.what()));
+    const auto [number, behind] = split_unit(value.text);
+    if (behind.empty()) reader.fail(key, fmt::format("is no expression of t: {}, {}", quote(value.text), error.what()));
+    const std::vector<NameInText> names = names_in(number);
+    if (std::any_of(names.begin(), names.end(),
+                    [number = number](const NameInText& name) { return number.substr(name.at, name.length) == "t"; }))
+      reader.fail(key, fmt::format("is no expression of t: {}: the unit {} behind the whole counts for the whole, which is wanted in {}; "
+                                   "give a number of its own its unit in brackets, \"t*(2 {})\"",
+                                   quote(value.text), quote(behind), unit ? unit : "plain numbers", behind));
     return fmt::format("{}", reader.number(key, any_number.in(unit)));
   }
 }

@@ -212,6 +212,7 @@ void TableReader::fail(const std::string& message) const {
 }
 
 void TableReader::allow(std::span<const std::string> keys) const {
+  allowed_.assign(keys.begin(), keys.end());
   for (const std::string& key : table_->keys)
     if (std::find(keys.begin(), keys.end(), key) == keys.end()) {
       const std::string hint = did_you_mean(key, keys);
@@ -231,7 +232,10 @@ const Parameters& TableReader::parameters() const {
 const TomlValue& TableReader::required(std::string_view key) const {
   if (const TomlValue* value = find(key)) return *value;
   const std::string label = label_.empty() ? "" : label_ + ": ";
-  const std::string near = nearest_word(key, table_->keys);
+  std::vector<std::string> unknown;  // what is a key of its own is no misspelling
+  for (const std::string& other : table_->keys)
+    if (std::find(allowed_.begin(), allowed_.end(), other) == allowed_.end()) unknown.push_back(other);
+  const std::string near = nearest_word(key, unknown);
   const std::string hint = near.empty() ? "" : fmt::format("; is '{}' a misspelling of it?", near);
   throw InputError(fmt::format("{}: {}key '{}' is missing{}", place(table_->line), label, full_key(key), hint));
 }

@@ -148,6 +148,7 @@ class TableReader {
   const TomlValue* table_;
   const Parameters* parameters_ = nullptr;
   std::string file_, label_, prefix_;
+  mutable std::vector<std::string> allowed_;  // keys, once they are known
 };
 
 }  // namespace flexframe::sim

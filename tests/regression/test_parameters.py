@@ -324,6 +324,20 @@ def shares_and_speeds(folder):
     for words in ('"1 %"', '"2*share"'):
         given = "[parameters]\nshare = 0.005\n" + text.replace("tolerance = 1e-9", f"accuracy = {words}")
         same(simulate(folder, given), asked, f"an accuracy of {words}")
+    same(simulate(folder, text.replace("tolerance = 1e-9\n", ""), "--accuracy", "1 %"), asked, "--accuracy 1 %")
+    message = simulate(folder, text.replace("tolerance = 1e-9\n", ""), "--accuracy", "1 kg", code=2)
+    expect("--accuracy" in message and "0.5 px" in message, f"--accuracy 1 kg: {message}")
+
+    # The unit behind a whole expression is the whole's; what is missing is not what another key of the table is meant to be.
+    turns = text.replace("initial = { rate = 2 }", 'motion = "t*1200 rpm"')
+    message = simulate(folder, turns, code=2)
+    for word in ("'motion'", "'rpm'", "in rad", "t*(2 rpm)"):
+        expect(word in message, f"t*1200 rpm: {word!r} is missing in {message!r}")
+    simulate(folder, turns.replace("t*1200 rpm", "t*(1200 rpm)"))
+    beam = '[[body]]\nname = "b"\nkind = "beam"\nmodel = "modal"\nlength = 1\n'
+    beam += 'material = { density = 1000, youngs_modulus = 1e9 }\nsection = { shape = "circle", diameter = 0.02 }\n'
+    message = simulate(folder, head + beam + pin % {"name": "pin", "parent": "ground", "child": "b"}, code=2)
+    expect("'modes' is missing" in message and "misspelling" not in message, f"modes left out: {message}")
 
 
 def two_ways(folder):
