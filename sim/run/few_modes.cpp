@@ -16,8 +16,8 @@ namespace {
 // With so many more of them it is seen what the others leave out: bending shapes of a beam whose ends are alike move its middle by turns
 // only.
 constexpr int more_modes = 2;
-// What the estimated error of time may be short of (tests/trust).
-constexpr double estimates = 5.0;
+// Two runs are apart by their errors of time alone by no more than this, in estimated errors.
+constexpr double of_two_runs = 2.0;
 
 bool keeps_coordinates(const Scene& scene, const std::string& body) {
   return std::any_of(scene.outputs.begin(), scene.outputs.end(),
@@ -140,7 +140,7 @@ void warn_of_last_modes(const System& start, const Scene& scene, const SimulateO
           reference.columns[difference.column], difference.largest));
 }
 
-void warn_of_few_modes(const Scene& scene, const SimulateOptions& options, const Histories& reference, double deflection, double asked,
+void warn_of_few_modes(const Scene& scene, const SimulateOptions& options, const ComparedRun& run, double asked,
                        SolverStatistics& statistics) {
   Scene richer = scene;
   std::string names;
@@ -153,20 +153,37 @@ void warn_of_few_modes(const Scene& scene, const SimulateOptions& options, const
     names += fmt::format("{}'{}'", names.empty() ? "" : ", ", body.name);
   }
   if (names.empty()) return;
+  const auto not_measured = [&](const std::string& why) {
+    statistics.notes.tell("body " + names, fmt::format("whether the modes that are kept are enough was not measured{}; to do so, simulate "
+                                                       "with two more and compare, or ask for an accuracy",
+                                                       why));
+  };
+  SimulateOptions again = beside_run(options, statistics);
+  again.tolerance = run.tolerance;
+  again.samples = run.samples;
+  const double until = work_seconds() + std::max(2.0 * least_check, check_price * statistics.work);
+  again.progress = [until](double) {
+    if (work_seconds() > until) throw LongerThanAllowed{};
+  };
   Histories other;
   try {
-    other = simulate_histories(richer, beside_run(options, statistics));
+    other = simulate_histories(richer, again);
   } catch (const SimulationError&) {
-    return;
+    return not_measured("");
+  } catch (const LongerThanAllowed&) {
+    return not_measured(", as that takes longer than the run");
   }
-  const Difference difference = compare_histories(reference, other, common_ranges(other, reference, deflection));
-  const double noise = estimates * std::max(0.0, statistics.error_estimate);
-  if (difference.column < 0 || difference.largest <= asked + noise) return;
+  const Difference difference = compare_histories(run.histories, other, common_ranges(other, run.histories, run.deflection));
+  const double noise = of_two_runs * run.error;
+  if (difference.column < 0 || difference.largest <= asked) return;
+  if (difference.largest <= noise) return not_measured(": the error of the time integration hides it");
+  const bool clear = noise < 0.3 * difference.largest;
   statistics.notes.warn(
       "body " + names,
-      fmt::format("too few modes are kept: with {} more in each direction {} changes by {:.2g} of its range; take a larger "
+      fmt::format("too few modes are kept: with {} more in each direction {} changes by {:.2g} of its range{}; take a larger "
                   "keep_modes, or leave it out",
-                  more_modes, reference.columns[difference.column], difference.largest));
+                  more_modes, run.histories.columns[difference.column], difference.largest,
+                  clear ? "" : fmt::format(", of which time integration may bring {:.2g}", noise)));
 }
 
 }  // namespace flexframe::sim

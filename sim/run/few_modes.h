@@ -9,11 +9,20 @@
 
 namespace flexframe::sim {
 
-// A warning where an output moves by more than `asked` of its range, beyond what the run's error of time explains; nothing where no beam
-// has keep_modes, or the second run fails. Bodies whose elastic coordinates are output or given keep theirs. options: those of the
-// run; reference: its outputs; deflection: the largest of a body, m, against which places that stand still count; the run's tolerance and
-// estimated error are in `statistics`, the warning goes there.
-void warn_of_few_modes(const Scene& scene, const SimulateOptions& options, const Histories& reference, double deflection, double asked,
+// A run to compare with: the outputs of the scene, with what tolerance, in how many samples (0: all) and with what error of time, relative
+// to the outputs' ranges, they come; the largest deflection of a body, m, against which places that stand still count.
+struct ComparedRun {
+  const Histories& histories;
+  double tolerance = 0.0;
+  int samples = 0;
+  double error = 0.0, deflection = 0.0;
+};
+
+// A warning where an output moves by more than `asked` of its range and than what the errors of time of two runs explain; a note where that
+// is not known, as errors of time hide it or the second run fails or takes longer than check_price. Nothing where no beam has keep_modes.
+// Bodies whose elastic coordinates are output or given keep theirs. options: those of the run itself, whose work is in `statistics`; the
+// warning goes there.
+void warn_of_few_modes(const Scene& scene, const SimulateOptions& options, const ComparedRun& run, double asked,
                        SolverStatistics& statistics);
 
 // Bodies of files end at some frequency, and what a file does not hold cannot be run. But what its last modes do under loads is what the

@@ -357,9 +357,14 @@ Measured measure(Unjudged& run, bool judge_models) {
     richer.run = check;
     check_models(run.scene, alone.effects, alone.limits, *run.beside.looser, richer, results.statistics);
   }
-  // A second run of the same length is made of short ones only.
-  if (judge_models && results.statistics.work <= least_check)
-    warn_of_few_modes(run.scene, options, run.reference, check.deflection, unasked_accuracy, results.statistics);
+  // A second run of the same length is made of short ones only, else one beside the looser run.
+  const bool beside_itself = results.statistics.work <= least_check || !paired;
+  const ComparedRun itself{run.reference, check.run_tolerance, 0, check.run_error, check.deflection};
+  if (judge_models)
+    warn_of_few_modes(
+        run.scene, options,
+        beside_itself ? itself : ComparedRun{*run.beside.looser, check.tolerance, estimate_samples, check.floor, check.deflection},
+        unasked_accuracy, results.statistics);
   if (judge_models) warn_of_last_modes(*alone.start, run.scene, options, run.reference, unasked_accuracy, results);
   const bool forces = std::any_of(alone.to_measure.begin(), alone.to_measure.end(),
                                   [](const LeftOutWorth& w) { return shifts_forces(w, unasked_accuracy); });
