@@ -146,7 +146,7 @@ bool Straight::check(Finished& f) {
   double deflection = 0.0;
   for (const ResultBody& body : f.results.bodies)
     if (body.displacement.size() > 0) deflection = std::max(deflection, body.displacement.cwiseAbs().maxCoeff());
-  if (given_modes) warn_of_few_modes(f.scene, o, whole, deflection, 0.5 * t_.accuracy, s);
+  if (given_modes) warn_of_few_modes(f.scene, o, {whole, f.setting.tolerance, 0, f.time, deflection}, 0.5 * t_.accuracy, s);
   if (bending_.elements == 0) bending_.share *= bending_margin;
   f.space = std::hypot(f.space, bending_.share);
   f.error = s.error_estimate = std::hypot(f.error, bending_.share);
