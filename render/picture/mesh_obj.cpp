@@ -180,6 +180,7 @@ class ObjReader {
     if (free_forms_ > 0)
       mesh_.faults.push_back(
           fmt::format("its {} free-form curves and surfaces ('curv', 'surf') are left out: faces alone are drawn", free_forms_));
+    if (weighted_) mesh_.faults.emplace_back("the fourth numbers of its vertices ('v x y z w') are passed over: faces have no weights");
     tell_of_unknown_materials();
     scale_colors();
     if (!mesh_.colors.empty()) mesh_.colors.resize(mesh_.positions.size(), glm::vec3(1.0f));
@@ -195,8 +196,9 @@ class ObjReader {
     for (std::string_view word = next_word(rest); !word.empty() && word.front() != '#' && count < 7; word = next_word(rest))
       value[count++] = parse_number(word, file_, line, "coordinate");
     if (count < 3) throw MeshError(fmt::format("{}:{}: a vertex needs x y z, this line has {} number(s)", file_, line, count));
-    glm::dvec3 p(value[0], value[1], value[2]);
-    if (count == 4 && value[3] != 0.0) p /= value[3];
+    const glm::dvec3 p(value[0], value[1], value[2]);
+    // A weight, of curves and surfaces alone.
+    weighted_ = weighted_ || (count == 4 && value[3] != 0.0 && value[3] != 1.0);
     if (too_far(p)) throw far_away(fmt::format("{}:{}: vertex", file_, line), p);
     if (count >= 6) {
       mesh_.colors.resize(mesh_.positions.size(), glm::vec3(1.0f));
@@ -340,6 +342,7 @@ class ObjReader {
   std::set<int> known_;  // materials that a library has
   bool library_missing_ = false;
   long free_forms_ = 0;
+  bool weighted_ = false;
   int material_ = 0;
 };
 

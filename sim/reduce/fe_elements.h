@@ -4,15 +4,16 @@
 // hexahedron8 8 / 8 (full or with incompatible modes), hexahedron20 27 / 27 (reduced: 8 / 8, as in
 // CalculiX: what no point sees has no mass either, and a thousandth of the full stiffness), wedge6 2 / 6 (one point in the triangle: with
 // three it locks in bending), wedge15 9 / 21.
-// Shells: quadrangle4 is MITC4 with a membrane of four incompatible modes, triangle3 a discrete Kirchhoff triangle with a constant strain
-// membrane, quadrangle8 and triangle6 are degenerated solids with reduced integration (2 x 2 and 3 points); rotation about the normal is
-// held by a small stiffness against the membrane's own rotation.
+// Shells: quadrangle4 is MITC4 with a membrane of four incompatible modes, triangle3 a discrete Kirchhoff-Mindlin triangle with a constant
+// strain membrane, quadrangle8 and triangle6 are degenerated solids with reduced integration (2 x 2 and 3 points); rotation about the
+// normal is held by a small stiffness against the membrane's own rotation.
 //
 // Sources: T. J. R. Hughes, The Finite Element Method, 2000; P. Keast, Moderate-degree tetrahedral quadrature formulas, CMAME 55 (1986);
 // R. L. Taylor, P. J. Beresford, E. L. Wilson, A non-conforming element for stress analysis, IJNME 10 (1976); J. C. Simo, M. S. Rifai,
 // IJNME 29 (1990); E. N. Dvorkin, K.-J. Bathe, A continuum mechanics based four-node shell element, Eng. Comput. 1 (1984); J.-L. Batoz,
-// K.-J. Bathe, L.-W. Ho, A study of three-node triangular plate bending elements, IJNME 15 (1980); S. Ahmad, B. M. Irons, O. C.
-// Zienkiewicz, Analysis of thick and thin shell structures by curved finite elements, IJNME 2 (1970).
+// K.-J. Bathe, L.-W. Ho, A study of three-node triangular plate bending elements, IJNME 15 (1980); I. Katili, A new discrete
+// Kirchhoff-Mindlin element based on Mindlin-Reissner plate theory and assumed shear strain fields, part I, IJNME 36 (1993); S. Ahmad, B.
+// M. Irons, O. C. Zienkiewicz, Analysis of thick and thin shell structures by curved finite elements, IJNME 2 (1970).
 #pragma once
 
 #include "sim/reduce/fe_sections.h"

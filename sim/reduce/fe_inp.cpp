@@ -34,6 +34,7 @@ FeModel InpResolver::run() {
     for (const InpEquation& e : scope(i).equations) complaints.guarded([&] { add_equation(i, e); });
     for (const InpBoundary& b : scope(i).boundaries) complaints.guarded([&] { add_boundary(i, b); });
   }
+  complaints.guarded([&] { add_partial_means(model, std::move(partial_means), turning); });
   if (complaints.texts.empty()) need_properties();
   complaints.raise(model.file);
   tell_bricks();
@@ -108,6 +109,8 @@ void InpResolver::add_elements(int space) {
       if (!whole) complaints.guarded([&] { fail(e.place, fmt::format("element {}: node {} is not there", e.id, id)); });
       nodes.push_back(node);
     }
+    if (e.direction > 0 && node_by_id(space, e.direction) < 0)
+      complaints.guarded([&] { fail(e.place, fmt::format("element {}: node {} is not there", e.id, e.direction)); });
     s.first.push_back(static_cast<int>(model.elements.size()));
     const auto add = [&](std::vector<int> some) {
       FeElement made;
@@ -118,6 +121,7 @@ void InpResolver::add_elements(int space) {
       made.count = static_cast<int>(some.size());
       made.line = e.place.file == 0 ? e.place.line : 0;
       model.connectivity.insert(model.connectivity.end(), some.begin(), some.end());
+      if (e.direction > 0 && whole) beam_directions[static_cast<int>(model.elements.size())] = node_by_id(space, e.direction);
       if (type.shape == FeShape::lumped) kinds[static_cast<int>(model.elements.size())] = type.kind;
       model.elements.push_back(made);
     };

@@ -53,8 +53,9 @@ void InpTableReader::read_element() {
     }
     return;
   }
-  if (pending.size() > wants) note(fmt::format("numbers beyond the {} nodes of a {} are passed over", wants - 1, type->name));
   InpElement e;
+  if (type->kind == InpKind::beam && pending.size() == wants + 1) e.direction = pending.back();
+  else if (pending.size() > wants) note(fmt::format("numbers beyond the {} nodes of a {} are passed over", wants - 1, type->name));
   e.id = pending[0];
   e.type = type;
   e.first = static_cast<int>(s().connectivity.size());
@@ -198,6 +199,7 @@ void InpTableReader::copy_element(const InpElement& from, long id, long shift) {
     if (node < 1 || node > std::numeric_limits<int>::max()) fail(fmt::format("*ELGEN: element {} needs node {}", id, node));
     s().connectivity.push_back(static_cast<int>(node));
   }
+  if (e.direction > 0) e.direction += static_cast<int>(shift);
   s().elements.push_back(e);
 }
 

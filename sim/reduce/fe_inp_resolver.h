@@ -6,6 +6,7 @@
 #include "sim/reduce/fe_complaints.h"
 #include "sim/reduce/fe_elements.h"
 #include "sim/reduce/fe_inp_tables.h"
+#include "sim/reduce/fe_tie.h"
 
 #include <functional>
 
@@ -41,6 +42,8 @@ class InpResolver {
   std::map<int, int> rotation_nodes;                       // node that stands for the rotations of another
   std::map<int, Vec3> pilots;                              // of *MPC, MEANROT: nodes whose first motion is a turn about this axis
   std::vector<int> offsets;                                // of the numbers of each space, to those of the model
+  std::map<int, int> beam_directions;                      // beam -> node that its first direction points to
+  std::vector<PartialMean> partial_means;                  // distributing couplings of some directions
   std::vector<bool> turning;                               // nodes that have rotations of their own
   std::map<int, bool> rectangles;                          // beam sections that nodal thicknesses may change: RECT, or CIRC
   std::map<std::pair<int, std::string>, int> rectangular;  // space and orientation -> axes
@@ -126,6 +129,8 @@ class InpResolver {
   int add_reference(const std::map<int, double>& nodes);
   // A kinematic coupling of some directions only: an equation for each. true: made.
   bool partly(int space, const InpTie& t, const FeSpider& spider);
+  // A distributing coupling of some directions only; true: kept for later.
+  bool partial_mean(int space, const InpTie& t, const FeSpider& spider);
   void add_surface_tie(int space, const InpTie& t);
   void add_mpc(int space, const InpMpc& m);
   // A term in the node's own directions as terms in space.

@@ -136,7 +136,8 @@ void InpResolver::add_beam_section(int space, const InpSection& s, const std::ve
                     deck.where(s.place)));
   made->n1 = spaces[space].turn * s.n1;
   model.beam_sections.push_back(*made);
-  if (s.shape == "RECT" || s.shape == "CIRC") rectangles[static_cast<int>(model.beam_sections.size()) - 1] = s.shape == "RECT";
+  const int shared = static_cast<int>(model.beam_sections.size()) - 1;
+  if (s.shape == "RECT" || s.shape == "CIRC") rectangles[shared] = s.shape == "RECT";
   int material = -1;
   if (s.own_constants) {
     FeMaterial own;
@@ -153,8 +154,17 @@ void InpResolver::add_beam_section(int space, const InpSection& s, const std::ve
   for (int index : elements) {
     FeElement& e = model.elements[index];
     if (e.shape != FeShape::beam2) fail(s.place, fmt::format("*BEAM SECTION for element {}, a {}", e.id, fe_name(e.shape)));
-    e.section = static_cast<int>(model.beam_sections.size()) - 1;
+    e.section = shared;
     e.material = material;
+    const auto direction = beam_directions.find(index);
+    if (direction == beam_directions.end()) continue;
+    // From the first node of the element to one beside it, instead of the section's.
+    FeBeamSection own = *made;
+    own.n1 = model.nodes[direction->second] - model.nodes[model.connectivity[e.first]];
+    if (!(own.n1.norm() > 0.0)) fail(s.place, fmt::format("beam {}: the node of its direction is its first one", e.id));
+    model.beam_sections.push_back(own);
+    e.section = static_cast<int>(model.beam_sections.size()) - 1;
+    if (const auto shape = rectangles.find(shared); shape != rectangles.end()) rectangles[e.section] = shape->second;
   }
 }
 

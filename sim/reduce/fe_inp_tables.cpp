@@ -579,7 +579,9 @@ void InpTableReader::read_data() {
   else if (w == "NONSTRUCTURAL MASS") read_added_mass();
   else if (w == "ORIENTATION") read_orientation();
   else if (w == "TRANSFORM") read_axes(s().transforms.back().axes);
-  else if (w == "KINEMATIC" || w == "KINEMATIC COUPLING" || w == "DISTRIBUTING COUPLING" || w == "TIE" || w == "CONTACT PAIR") read_tie();
+  else if (w == "KINEMATIC" || w == "DISTRIBUTING" || w == "KINEMATIC COUPLING" || w == "DISTRIBUTING COUPLING" || w == "TIE" ||
+           w == "CONTACT PAIR")
+    read_tie();
   else if (w == "EQUATION") read_equation();
   else if (w == "MPC") read_mpc();
   else if (w == "SYSTEM") read_system();

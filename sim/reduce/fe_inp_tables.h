@@ -36,7 +36,8 @@ struct InpType {
 struct InpElement {
   int id = 0;
   const InpType* type = nullptr;
-  int first = 0;  // of InpScope::connectivity
+  int first = 0;      // of InpScope::connectivity
+  int direction = 0;  // of a beam: node behind its own, to which the section's first direction points from the first; 0: none
   InpPlace place;
 };
 

@@ -21,7 +21,8 @@ void InpResolver::add_transform(int space, const InpTransform& t) {
 void InpResolver::mark_turning() {
   turning.assign(model.nodes.size(), false);
   for (const FeElement& e : model.elements) {
-    const bool turns = fe_is_shell(e.shape) || (e.shape == FeShape::beam2 && e.section >= 0 && model.beam_sections[e.section].turns());
+    const bool turns = fe_is_shell(e.shape) || (e.shape == FeShape::beam2 && e.section >= 0 && model.beam_sections[e.section].turns()) ||
+                       (e.shape == FeShape::lumped && e.section >= 0 && model.lumps[e.section].turns);
     for (int k = 0; k < e.count && turns; ++k) turning[model.connectivity[e.first + k]] = true;
   }
 }
@@ -86,7 +87,28 @@ void InpResolver::add_tie(int space, const InpTie& t) {
   if (t.averaging && std::all_of(spider.weights.begin(), spider.weights.end(), [&](double w) { return w == spider.weights[0]; }))
     spider.weights.clear();
   if (!t.averaging && partly(space, t, spider)) return;
+  if (t.averaging && partial_mean(space, t, spider)) return;
   model.spiders.push_back(std::move(spider));
+}
+
+bool InpResolver::partial_mean(int space, const InpTie& t, const FeSpider& spider) {
+  std::set<int> dofs;
+  for (const auto& [first, last] : t.dofs)
+    for (int d = first; d <= last; ++d) dofs.insert(d);
+  // Abaqus releases rotations alone.
+  if (deck.abaqus && !dofs.empty()) dofs.insert({0, 1, 2});
+  if (dofs.empty() || dofs.size() == 6) return false;
+  PartialMean mean{spider, {dofs.begin(), dofs.end()}};
+  if (!t.orientation.empty()) {
+    int whose = 0;
+    const InpAxes* given = axes_named(space, t.orientation, t.place, whose);
+    const InpSpace& s = spaces[whose];
+    if (!given->at(s.turn.transpose() * (model.nodes[spider.node] - s.shift), mean.axes))
+      fail(t.place, fmt::format("orientation '{}' has no direction at the reference point, which lies on its axis", t.orientation));
+    mean.axes = (s.turn * mean.axes).eval();
+  }
+  partial_means.push_back(std::move(mean));
+  return true;
 }
 
 int InpResolver::add_reference(const std::map<int, double>& nodes) {

@@ -1,6 +1,7 @@
 // Nastran bulk data to a model: cards, coordinate systems, grids, materials. See read_nastran in fe_model.h.
 #include "sim/reduce/fe_nastran_reader.h"
 
+#include <charconv>
 #include <cmath>
 
 namespace flexframe::sim {
@@ -43,9 +44,18 @@ FeModel NastranReader::run() {
     complaints.raise(model.file);
   }
   for (const auto& entry : materials) attempt([&] { add_material(entry.first, *entry.second); });
-  for (const NastranCard* c : elements) attempt([&] { add_element(*c); });
+  // Springs on arms ask which grids turn.
+  for (const bool bushes : {false, true})
+    for (const NastranCard* c : elements)
+      if ((c->name == "CBUSH") == bushes) attempt([&] { add_element(*c); });
+  turning_nodes.clear();
   for (const NastranCard* c : ties) attempt([&] { add_tie(*c); });
   add_conditions();
+  if (!partial_means.empty())
+    attempt([&] {
+      turning(0);
+      add_partial_means(model, std::move(partial_means), turning_nodes);
+    });
   complaints.raise(model.file);
   if (model.elements.empty()) throw InputError(fmt::format("{}: no elements that can be used", model.file));
   allow_massless();
@@ -256,6 +266,13 @@ int NastranReader::node_of(const NastranCard& c, int id) {
   if (it == node_at.end() && grids.contains(id)) throw NastranMissingGrid();
   if (it == node_at.end()) deck.fail(c, fmt::format("grid {} is not there", id));
   return it->second;
+}
+
+int NastranReader::node_if(const std::string& id) const {
+  int number = 0;
+  const auto [end, error] = std::from_chars(id.data(), id.data() + id.size(), number);
+  const auto it = error == std::errc() ? node_at.find(number) : node_at.end();
+  return it == node_at.end() ? -1 : it->second;
 }
 
 Mat3 NastranReader::directions(const NastranCard& c, int node) {

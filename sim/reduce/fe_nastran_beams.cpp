@@ -118,7 +118,9 @@ FeBeamSection NastranReader::section(const NastranCard& p, Eigen::Vector2d& besi
   } else {
     s = section_by_shape(p);
   }
-  if (!(s.area > 0.0 && s.I11 > 0.0 && s.I22 > 0.0)) deck.fail(p, "area, I1 and I2 must be > 0");
+  // Some bars stretch or bend one way only.
+  if (s.area < 0.0 || s.I11 < 0.0 || s.I22 < 0.0 || !(s.area + s.I11 + s.I22 > 0.0))
+    deck.fail(p, "area, I1 and I2 must not be negative, nor all zero");
   if (s.torsion < 0.0) deck.fail(p, "J must not be negative");
   return s;
 }

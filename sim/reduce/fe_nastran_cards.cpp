@@ -164,7 +164,7 @@ class CardReader {
       // It belongs to the line before, unless both have names and these differ: then to the one that names it.
       size_t whose = deck.cards.size() - 1;
       if (head.size() > 1 && !same_name(goes_on, head)) {
-        const auto named = open_cards.find(head.substr(1));
+        const auto named = open_cards.find(bare(head));
         if (named != open_cards.end()) whose = named->second;
         else if (!goes_on.empty())
           return complain(fmt::format("{}:{}: the line '{}' goes on from no line before it", deck.files[file], number, head));
@@ -183,8 +183,8 @@ class CardReader {
     leave_open(tail, deck.cards.size() - 1);
   }
 
-  // "+A" and "*A" are the same name, and so is "A" in the tenth field.
-  static std::string bare(const std::string& name) { return !name.empty() && (name[0] == '+' || name[0] == '*') ? name.substr(1) : name; }
+  // "+A" and "*A" are the same name, and so are "A" in the tenth field and "++A", which names "+A".
+  static std::string bare(const std::string& name) { return name.substr(std::min(name.find_first_not_of("+*"), name.size())); }
   static bool same_name(const std::string& tail, const std::string& head) { return bare(tail) == bare(head); }
 
   void leave_open(const std::string& tail, size_t card) {

@@ -1,4 +1,5 @@
 // Elements of Nastran bulk data: solids, shells, springs, masses. Beams and rods: fe_nastran_beams.cpp.
+#include "sim/base/spatial.h"
 #include "sim/reduce/fe_nastran_reader.h"
 
 #include <algorithm>
@@ -63,6 +64,7 @@ void NastranReader::add_element(const NastranCard& c) {
                         : node(c, field));
   }
   const NastranCard& p = shell ? property(c, {"PSHELL", "PCOMP", "PCOMPG"}) : property(c, {"PSOLID"});
+  if (!shell) turn_outward(there == all ? kind.quadratic : kind.shape, nodes);
   FeElement& e = put(c, there == all ? kind.quadratic : kind.shape, nodes);
   if (e.shape == FeShape::hexahedron8) e.formulation = FeFormulation::incompatible;
   model.element_sets[fmt::format("PID_{}", deck.integer(p, 0))].push_back(static_cast<int>(model.elements.size()) - 1);
@@ -77,6 +79,29 @@ void NastranReader::add_element(const NastranCard& c) {
   for (int n : nodes) middle += model.nodes[n] / static_cast<double>(nodes.size());
   model.axes.push_back(coordinates(p, cord).directions(middle));
   e.axes = static_cast<int>(model.axes.size()) - 1;
+}
+
+// Nastran takes the grids of a solid either way round.
+void NastranReader::turn_outward(FeShape shape, std::vector<int>& nodes) {
+  const bool hexahedron = shape == FeShape::hexahedron8 || shape == FeShape::hexahedron20,
+             wedge = shape == FeShape::wedge6 || shape == FeShape::wedge15;
+  const std::vector<int> turned = hexahedron ? std::vector<int>{0, 3, 2, 1, 4, 7, 6, 5}
+                                  : wedge    ? std::vector<int>{0, 2, 1, 3, 5, 4}
+                                             : std::vector<int>{0, 2, 1, 3};
+  const auto place = [&](int k) { return Vec3(model.nodes[nodes[k]]); };
+  const std::vector<int>& face = fe_faces(shape)[0];
+  Vec3 middle = Vec3::Zero(), of_face = Vec3::Zero(), normal = Vec3::Zero();
+  for (size_t k = 0; k < turned.size(); ++k) middle += place(static_cast<int>(k)) / static_cast<double>(turned.size());
+  for (const int k : face) of_face += place(k) / static_cast<double>(face.size());
+  for (size_t k = 0; k < face.size(); ++k) normal += (place(face[k]) - of_face).cross(place(face[(k + 1) % face.size()]) - of_face);
+  if (normal.dot(of_face - middle) >= 0.0) return;
+  const std::vector<int> given = nodes;
+  for (size_t a = 0; a < turned.size(); ++a) {
+    nodes[a] = given[turned[a]];
+    for (size_t b = 0; b < a; ++b)
+      if (const int at = fe_middle(shape, static_cast<int>(b), static_cast<int>(a)); at >= 0)
+        nodes[at] = given[fe_middle(shape, turned[b], turned[a])];
+  }
 }
 
 int NastranReader::middle_node(const NastranCard& c, FeShape shape, int place, const std::vector<int>& corners) {
@@ -114,7 +139,7 @@ void NastranReader::finish_shell(const NastranCard& c, const NastranCard& p, int
     if (!deck.blank(p, 10)) deck.fail(p, "MID4 (bending that couples with stretching) cannot be read; use PCOMP");
     FeLayup layup;
     layup.bending = deck.blank(p, 3) ? 0.0 : deck.real(p, 4, 1.0);
-    layup.shear = deck.blank(p, 3) ? 0.0 : deck.real(p, 6, 5.0 / 6.0) / (5.0 / 6.0);
+    layup.shear = deck.blank(p, 3) ? 0.0 : shear_share(p);
     if (!deck.blank(p, 3) && deck.integer(p, 3) != deck.integer(p, 1)) layup.bending_material = material(p, 3);
     const bool plate = layup.bending == 1.0 && layup.bending_material < 0;
     if (!plate && (e.shape == FeShape::quadrangle8 || e.shape == FeShape::triangle6))
@@ -142,6 +167,23 @@ void NastranReader::finish_shell(const NastranCard& c, const NastranCard& p, int
     model.axes.push_back(Eigen::AngleAxisd(deck.real(c, angle) * std::numbers::pi / 180.0, Q.col(2)).toRotationMatrix() * Q);
   }
   e.axes = static_cast<int>(model.axes.size()) - 1;
+}
+
+// Stiffness against transverse shear (MID3, TS/T) by that of a solid plate of MID1. Without MID3 there is no such strain.
+double NastranReader::shear_share(const NastranCard& p) {
+  constexpr double rigid = 1e3;
+  if (deck.blank(p, 5)) {
+    add_once(model.notes, fmt::format("{}: PSHELL without MID3 is rigid against transverse shear, as Nastran has it; MID3 = MID1 gives a "
+                                      "thick plate its own",
+                                      deck.where(p)));
+    return rigid;
+  }
+  const double share = deck.real(p, 6, 5.0 / 6.0) / (5.0 / 6.0);
+  if (deck.integer(p, 5) == deck.integer(p, 1)) return share;
+  const FeMaterial &own = model.materials[material(p, 1)], &shears = model.materials[material(p, 5)];
+  if (own.elasticity || shears.elasticity) deck.fail(p, "MID3 other than MID1 can be read of MAT1 alone; use PCOMP");
+  const double G = shears.shear_modulus > 0.0 ? shears.shear_modulus : shears.youngs_modulus / (2 * (1 + shears.poisson));
+  return share * G * 2 * (1 + own.poisson) / own.youngs_modulus;
 }
 
 double NastranReader::thickness_of(const NastranCard& c, FeShape shape, double otherwise) {
@@ -264,9 +306,44 @@ void NastranReader::add_spring(const NastranCard& c) {
   lump(c, nodes, k * unit * b * b.transpose(), MatX::Zero(b.size(), b.size()), turns);
 }
 
+bool NastranReader::arms_turn(int grid) {
+  if (!tied_grids) {
+    tied_grids.emplace();
+    for (const NastranCard* c : ties)
+      for (size_t k = 1; k < c->fields.size(); ++k)
+        if (const int n = deck.is_integer(*c, k) ? node_if(c->fields[k]) : -1; n >= 0) tied_grids->insert(n);
+    for (const FeElement& e : model.elements)
+      for (int k = 0; k < e.count && fe_is_solid(e.shape); ++k) solid_grids.insert(model.connectivity[e.first + k]);
+  }
+  return !solid_grids.contains(grid) || turning(grid) || tied_grids->contains(grid);
+}
+
+// Its first field; lines of damping (B, GE) and of factors for stresses (RCV) may stand before and behind it.
+size_t NastranReader::bush_stiffness(const NastranCard& p) {
+  size_t found = 0;
+  for (size_t k = 1; k < p.fields.size(); k += 8) {
+    if (p.fields[k] == "K") found = k + 1;
+    if (p.fields[k] == "M" && deck.real(p, k + 1) != 0.0)
+      add_once(model.warnings, fmt::format("{}: PBUSH: its mass (M) is left out; give it as CONM2", deck.where(p)));
+  }
+  if (found == 0) deck.fail(p, "K with six stiffnesses is expected");
+  return found;
+}
+
+// Where the spring lies: S of the way from GA to GB, or S1 S2 S3 from the origin of OCID.
+Vec3 NastranReader::bush_place(const NastranCard& c, const std::vector<int>& nodes) {
+  const Vec3 a = model.nodes[nodes[0]];
+  if (const int system = deck.integer(c, 9, -1); system >= 0) {
+    const NastranCoordinates& from = coordinates(c, system);
+    return from.place(scaled(from.kind, Vec3(deck.real(c, 10), deck.real(c, 11), deck.real(c, 12))));
+  }
+  if (nodes.size() < 2) return a;
+  return a + deck.real(c, 8, 0.5) * (model.nodes[nodes[1]] - a);
+}
+
 void NastranReader::add_bush(const NastranCard& c) {
   const NastranCard& p = property(c, {"PBUSH"});
-  if (deck.blank(p, 1) || p.fields[1] != "K") deck.fail(p, "K with six stiffnesses is expected first");
+  const size_t stiffness = bush_stiffness(p);
   const int a = node(c, 2);
   std::vector<int> nodes = {a};
   if (!deck.blank(c, 3)) nodes.push_back(node(c, 3));
@@ -274,8 +351,6 @@ void NastranReader::add_bush(const NastranCard& c) {
   const Vec3 axis = nodes.size() == 2 ? Vec3(model.nodes[nodes[1]] - model.nodes[a]) : Vec3::Zero();
   if (!deck.blank(c, 7)) {
     Q = coordinates(c, deck.integer(c, 7)).directions(model.nodes[a]);
-    if (axis.norm() > 0.0)
-      add_once(model.notes, fmt::format("{}: CBUSH acts between its grids without the moments of their distance", deck.where(c)));
   } else {
     Vec3 v(deck.real(c, 4), deck.real(c, 5), deck.real(c, 6));
     if (deck.is_integer(c, 4) && deck.blank(c, 5)) v = model.nodes[node(c, 4)] - model.nodes[a];
@@ -285,21 +360,36 @@ void NastranReader::add_bush(const NastranCard& c) {
     Q.col(2) = axis.cross(v).normalized();
     Q.col(1) = Q.col(2).cross(Vec3(Q.col(0)));
   }
-  MatX k = MatX::Zero(6, 6);
+  Mat6 k = Mat6::Zero();
   const double unit = units.mass / (units.time * units.time);
   Vec6 diagonal;
   bool turns = false;
   for (int d = 0; d < 6; ++d) {
-    diagonal(d) = deck.real(p, 2 + d) * unit * (d >= 3 ? units.length * units.length : 1.0);
+    diagonal(d) = deck.real(p, stiffness + d) * unit * (d >= 3 ? units.length * units.length : 1.0);
     turns = turns || (d >= 3 && diagonal(d) != 0.0);
   }
   k.topLeftCorner<3, 3>() = Q * diagonal.head<3>().asDiagonal() * Q.transpose();
   k.bottomRightCorner<3, 3>() = Q * diagonal.tail<3>().asDiagonal() * Q.transpose();
-  const Eigen::Index n = 6 * static_cast<Eigen::Index>(nodes.size());
-  MatX K = MatX::Zero(n, n);
-  for (Eigen::Index i = 0; i < n; i += 6)
-    for (Eigen::Index j = 0; j < n; j += 6) K.block<6, 6>(i, j) = i == j ? k : MatX(-k);
-  lump(c, nodes, K, MatX::Zero(n, n), turns);
+  // Rigid arms from the grids to the spring; those of solids, which have no rotations, carry none.
+  const Vec3 place = bush_place(c, nodes);
+  std::vector<Mat6> ends;
+  for (const int n : nodes) {
+    Mat6 end = Mat6::Identity();
+    if (const Vec3 arm = place - model.nodes[n]; !arm.isZero(0.0)) {
+      if (arms_turn(n)) {
+        end.topRightCorner<3, 3>() = -skew(arm);
+        turns = true;
+      } else {
+        add_once(model.notes, fmt::format("{}: CBUSH acts on the grids of solids without the moments of their distance", deck.where(c)));
+      }
+    }
+    ends.push_back(end);
+  }
+  const auto n = static_cast<Eigen::Index>(nodes.size());
+  MatX K = MatX::Zero(6 * n, 6 * n);
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = 0; j < n; ++j) K.block<6, 6>(6 * i, 6 * j) = (i == j ? 1.0 : -1.0) * ends[i].transpose() * k * ends[j];
+  lump(c, nodes, K, MatX::Zero(6 * n, 6 * n), turns);
 }
 
 void NastranReader::add_mass(const NastranCard& c) {

@@ -5,10 +5,12 @@
 #include "sim/reduce/fe_complaints.h"
 #include "sim/reduce/fe_elements.h"
 #include "sim/reduce/fe_nastran_cards.h"
+#include "sim/reduce/fe_tie.h"
 
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <optional>
 #include <set>
 #include <unordered_map>
 
@@ -87,9 +89,12 @@ class NastranReader {
   std::map<int, int> material_at, shell_layup;
   std::map<int, std::pair<const NastranCard*, size_t>> springs, scalar_masses;  // PELAS, PMASS: card and field of the number
   std::set<int> element_ids, mass_ids;
+  std::vector<PartialMean> partial_means;                         // RBE3 of some motions
   std::map<std::pair<int, int>, int> middles;                     // of edges whose middle grid is left out
   std::map<std::pair<int, std::array<double, 3>>, int> arm_ends;  // of beams beside their grids: grid and offset -> node
   std::vector<bool> turning_nodes;
+  std::optional<std::set<int>> tied_grids;  // that rigid elements name
+  std::set<int> solid_grids;                // found with them
   double weight_to_mass = 1.0;
 
   void once(std::map<int, const NastranCard*>& table, const NastranCard& c);
@@ -120,6 +125,7 @@ class NastranReader {
   void add_grid(const NastranCard& c);
   int node(const NastranCard& c, size_t field);
   int node_of(const NastranCard& c, int id);
+  int node_if(const std::string& id) const;  // -1: no such grid
   Mat3 directions(const NastranCard& c, int node);
   void hold(const NastranCard& c, int node, int dof);
 
@@ -135,11 +141,13 @@ class NastranReader {
   FeElement& put(const NastranCard& c, FeShape shape, const std::vector<int>& nodes);
   void add_element(const NastranCard& c);
   void finish_shell(const NastranCard& c, const NastranCard& p, int theta, FeElement& e);
+  double shear_share(const NastranCard& p);
   // The thickness at an element's own grids where it gives some, m; their mean, with a warning where they differ.
   double thickness_of(const NastranCard& c, FeShape shape, double otherwise);
   int find_layup(const FeLayup& layup);
   // PCOMP; thickness comes back.
   int composite(const NastranCard& p, double offset, double& thickness);
+  void turn_outward(FeShape shape, std::vector<int>& nodes);
   // A new node, with a number beyond those of the grids.
   int new_node(const Vec3& x);
   // The node in the middle of an edge whose grid is left out: it moves as the mean of its ends.
@@ -163,6 +171,10 @@ class NastranReader {
   void add_scalar_mass(const NastranCard& c);
   void add_mass_matrix(const NastranCard& c);
   void add_bush(const NastranCard& c);
+  size_t bush_stiffness(const NastranCard& p);
+  Vec3 bush_place(const NastranCard& c, const std::vector<int>& nodes);
+  // Whether a grid has rotations for a rigid arm; asked once all other elements are there.
+  bool arms_turn(int grid);
   void add_mass(const NastranCard& c);
 
   // Ties and supports.

@@ -6,10 +6,11 @@
 namespace flexframe::sim {
 
 bool NastranReader::turning(int node) {
-  if (turning_nodes.empty()) {
+  if (turning_nodes.size() < model.nodes.size()) {
     turning_nodes.assign(model.nodes.size(), false);
     for (const FeElement& e : model.elements) {
-      const bool turns = fe_is_shell(e.shape) || (e.shape == FeShape::beam2 && model.beam_sections[e.section].turns());
+      const bool turns = fe_is_shell(e.shape) || (e.shape == FeShape::beam2 && model.beam_sections[e.section].turns()) ||
+                         (e.shape == FeShape::lumped && model.lumps[e.section].turns);
       for (int k = 0; k < e.count && turns; ++k) turning_nodes[model.connectivity[e.first + k]] = true;
     }
   }
@@ -96,6 +97,7 @@ void NastranReader::partly(const NastranCard& c, int reference, int slave, const
 void NastranReader::add_rbe3(const NastranCard& c, FeSpider s) {
   s.rigid = false;
   s.node = node(c, 2);
+  const std::vector<int> given = deck.components(c, 3);
   double weight = 0.0;
   bool open = false;
   size_t k = 4;
@@ -120,7 +122,8 @@ void NastranReader::add_rbe3(const NastranCard& c, FeSpider s) {
   }
   if (s.slaves.empty()) deck.fail(c, "no grids");
   if (std::any_of(s.weights.begin(), s.weights.end(), [](double w) { return !(w > 0.0); })) deck.fail(c, "weights must be > 0");
-  model.spiders.push_back(std::move(s));
+  if (std::set<int>(given.begin(), given.end()).size() == 6 || given.empty()) model.spiders.push_back(std::move(s));
+  else partial_means.push_back({s, given, directions(c, s.node)});
 }
 
 bool NastranReader::asked(const char* what, int sign, int set) const {

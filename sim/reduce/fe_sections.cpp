@@ -67,6 +67,37 @@ void sum_up(FeShellLaw& law) {
   }
 }
 
+// Transverse shear of several layers. Stress grows from the bottom so that it balances what the moments' change makes of the stress in the
+// layers, d/dx of that of Mx and d/dy of that of My without force in the plane; its energy is that of the resultants (R. Rolfes,
+// K. Rohwer, Improved transverse shear stresses in composite finite elements, IJNME 40 (1997)). Five sixths of the layers' sum are a single
+// layer's: a soft core between stiff faces would be as stiff as these. Layers get the mean of it, which those of curved shells sum up.
+void balance_shear(FeShellLaw& law) {
+  Mat6 stiffness;
+  stiffness << law.A, law.B, law.B, law.D;
+  const Mat6 compliance = stiffness.inverse();
+  const Mat3 stretch = compliance.topRightCorner<3, 3>(), bend = compliance.bottomRightCorner<3, 3>();
+  Mat3 below = Mat3::Zero();  // stress of a unit moment, summed up from the bottom: N/m
+  Eigen::Matrix2d flexibility = Eigen::Matrix2d::Zero();
+  constexpr std::array<double, 3> place = {-0.774596669241483377, 0.0, 0.774596669241483377}, weight = {5.0 / 9, 8.0 / 9, 5.0 / 9};
+  const auto grown = [&](const FePly& p, double z) {
+    return Mat3(below + p.membrane * ((z - p.lower) * stretch + 0.5 * (z * z - p.lower * p.lower) * bend));
+  };
+  for (const FePly& p : law.plies) {
+    const Eigen::Matrix2d soft = p.shear.inverse();
+    for (size_t i = 0; i < 3; ++i) {
+      const Mat3 f = grown(p, 0.5 * (p.lower + p.upper) + 0.5 * place[i] * (p.upper - p.lower));
+      Eigen::Matrix2d flow;  // xz and yz of the transverse forces along x and y
+      flow << f(0, 0), f(2, 1), f(2, 0), f(1, 1);
+      flexibility += 0.5 * weight[i] * (p.upper - p.lower) * flow.transpose() * soft * flow;
+    }
+    below = grown(p, p.upper);
+  }
+  if (!flexibility.allFinite() || !(flexibility.determinant() > 0.0)) return;
+  law.S = flexibility.inverse();
+  const double total = law.plies.back().upper - law.plies.front().lower;
+  for (FePly& p : law.plies) p.shear = 6.0 / 5.0 / total * law.S;
+}
+
 // One layer whose bending and shear are not those of a solid plate of its material.
 void change_bending(const FeModel& model, const FeLayup& layup, const FeElement& element, const Mat3& Q, FeShellLaw& law) {
   const FePly& own = law.plies[0];
@@ -78,6 +109,7 @@ void change_bending(const FeModel& model, const FeLayup& layup, const FeElement&
   }
   law.D += plate * (layup.bending * bends - own.membrane);
   law.S *= layup.shear;
+  law.plies[0].shear *= layup.shear;
   // A membrane has no stiffness against turning, so no inertia either.
   if (layup.bending == 0.0) law.m1 = law.m2 = 0.0;
 }
@@ -138,6 +170,7 @@ FeShellLaw shell_law(const FeModel& model, const FeElement& element, const Mat3&
     law.plies.back().upper = at += l.thickness;
   }
   sum_up(law);
+  if (law.plies.size() > 1) balance_shear(law);
   if (element.section >= 0 && law.plies.size() == 1) change_bending(model, model.layups[element.section], element, Q, law);
   return law;
 }

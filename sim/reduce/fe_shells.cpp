@@ -147,67 +147,110 @@ MatX quadrangle_stress(const Eigen::Matrix<double, 4, 2>& x, const FeShellLaw& l
   return out;
 }
 
-// Curvature of the discrete Kirchhoff triangle, 3 x 9 on w, rx, ry per node (Batoz 1980).
-MatX kirchhoff_curvature(const Eigen::Matrix<double, 3, 2>& p, double twice_area, double xi, double eta) {
-  const double x23 = p(1, 0) - p(2, 0), x31 = p(2, 0) - p(0, 0), x12 = p(0, 0) - p(1, 0);
-  const double y23 = p(1, 1) - p(2, 1), y31 = p(2, 1) - p(0, 1), y12 = p(0, 1) - p(1, 1);
-  const auto edge = [](double x, double y) {
-    const double l2 = x * x + y * y;
-    return std::array<double, 4>{-6 * x / l2, -6 * y / l2, 3 * x * y / l2, 3 * y * y / l2};
-  };
-  const auto [P4, t4, q4, r4] = edge(x23, y23);
-  const auto [P5, t5, q5, r5] = edge(x31, y31);
-  const auto [P6, t6, q6, r6] = edge(x12, y12);
-  Eigen::Matrix<double, 9, 1> Hxx, Hyx, Hxe, Hye;
-  const double a = 1 - 2 * xi, b = 1 - 2 * eta;
-  Hxx << P6 * a + (P5 - P6) * eta, q6 * a - (q5 + q6) * eta, -4 + 6 * (xi + eta) + r6 * a - eta * (r5 + r6), -P6 * a + eta * (P4 + P6),
-      q6 * a - eta * (q6 - q4), -2 + 6 * xi + r6 * a + eta * (r4 - r6), -eta * (P5 + P4), eta * (q4 - q5), -eta * (r5 - r4);
-  Hyx << t6 * a + eta * (t5 - t6), 1 + r6 * a - eta * (r5 + r6), -q6 * a + eta * (q5 + q6), -t6 * a + eta * (t4 + t6),
-      -1 + r6 * a + eta * (r4 - r6), -q6 * a - eta * (q4 - q6), -eta * (t4 + t5), eta * (r4 - r5), -eta * (q4 - q5);
-  Hxe << -P5 * b - xi * (P6 - P5), q5 * b - xi * (q5 + q6), -4 + 6 * (xi + eta) + r5 * b - xi * (r5 + r6), xi * (P4 + P6), xi * (q4 - q6),
-      -xi * (r6 - r4), P5 * b - xi * (P4 + P5), q5 * b + xi * (q4 - q5), -2 + 6 * eta + r5 * b + xi * (r4 - r5);
-  Hye << -t5 * b - xi * (t6 - t5), 1 + r5 * b - xi * (r5 + r6), -q5 * b + xi * (q5 + q6), xi * (t4 + t6), xi * (r4 - r6), -xi * (q4 - q6),
-      t5 * b - xi * (t4 + t5), -1 + r5 * b + xi * (r4 - r5), -q5 * b - xi * (q4 - q5);
-  MatX B(3, 9);
-  B.row(0) = (y31 * Hxx + y12 * Hxe).transpose();
-  B.row(1) = -(x31 * Hyx + x12 * Hye).transpose();
-  B.row(2) = (-x31 * Hxx - x12 * Hxe + y31 * Hyx + y12 * Hye).transpose();
-  return B / twice_area;
+// Discrete Kirchhoff-Mindlin triangle (I. Katili, IJNME 36 (1993)) on w, rx, ry per node: rotations are linear and have a quadratic part
+// along each side, of the size that a beam along it has, with the share of its shear; without shear Batoz' Kirchhoff triangle (1980).
+class BentTriangle {
+ public:
+  BentTriangle(const Eigen::Matrix<double, 3, 2>& p, const MatX& gradients, const FeShellLaw& law) : D(gradients) {
+    const Mat3 bending = law.B.isZero(0.0) ? law.D : Mat3(law.D - law.B * law.A.inverse() * law.B);
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      const Eigen::Index i = k, j = (k + 1) % 3;
+      const Vec2 side = (p.row(j) - p.row(i)).transpose();
+      const double L = side.norm();
+      along.col(k) = side / L;
+      const double c = along(0, k), s = along(1, k);
+      const Vec3 bent(c * c, s * s, 2 * c * s);
+      const double held = along.col(k).dot(law.S * along.col(k));
+      share(k) = held > 0.0 ? std::max(12.0 * bent.dot(bending * bent) / (held * L * L), 0.0) : 0.0;
+      extra.row(k).setZero();
+      extra(k, 3 * j) = 1.0;
+      extra(k, 3 * i) = -1.0;
+      for (const Eigen::Index n : {i, j}) {
+        extra(k, 3 * n + 1) = -0.5 * L * s;
+        extra(k, 3 * n + 2) = 0.5 * L * c;
+      }
+      extra.row(k) *= -1.5 / (L * (1.0 + share(k)));
+    }
+  }
+
+  // xx yy xy at the place of the area coordinates N.
+  MatX curvature(const Vec3& N) const {
+    MatX B = MatX::Zero(3, 9);
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      B(0, 3 * i + 2) = D(i, 0);
+      B(1, 3 * i + 1) = -D(i, 1);
+      B(2, 3 * i + 2) = D(i, 1);
+      B(2, 3 * i + 1) = -D(i, 0);
+    }
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      const Eigen::Index i = k, j = (k + 1) % 3;
+      const Eigen::RowVector2d slope = 4.0 * (N(i) * D.row(j) + N(j) * D.row(i));
+      const double c = along(0, k), s = along(1, k);
+      B += Vec3(slope(0) * c, slope(1) * s, slope(1) * c + slope(0) * s) * extra.row(k);
+    }
+    return B;
+  }
+
+  // xz yz there: along the sides what their beams have, between them linear from corner to corner.
+  MatX shear(const Vec3& N) const {
+    MatX B = MatX::Zero(2, 9);
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      const Eigen::Index before = (i + 2) % 3;
+      Eigen::Matrix2d sides;
+      sides << along.col(i).transpose(), along.col(before).transpose();
+      MatX own(2, 9);
+      own.row(0) = -2.0 / 3.0 * share(i) * extra.row(i);
+      own.row(1) = -2.0 / 3.0 * share(before) * extra.row(before);
+      B += N(i) * sides.inverse() * own;
+    }
+    return B;
+  }
+
+ private:
+  MatX D;                             // gradients of the area coordinates, 3 x 2
+  Eigen::Matrix<double, 2, 3> along;  // of the side from corner k to the next
+  Vec3 share;                         // 12 D / (S L^2) of each side
+  Eigen::Matrix<double, 3, 9> extra;  // the quadratic part in the middle of each side
+};
+
+MatX triangle_gradients(const Eigen::Matrix<double, 3, 2>& p, double& twice_area) {
+  Eigen::Matrix2d J;
+  J << p(1, 0) - p(0, 0), p(2, 0) - p(0, 0), p(1, 1) - p(0, 1), p(2, 1) - p(0, 1);
+  twice_area = J.determinant();
+  MatX parent(3, 2);
+  parent << -1, -1, 1, 0, 0, 1;
+  return parent * J.inverse();
 }
 
 void triangle(const Eigen::Matrix<double, 3, 2>& p, const FeShellLaw& law, MatX& K) {
-  Eigen::Matrix2d J;
-  J << p(1, 0) - p(0, 0), p(2, 0) - p(0, 0), p(1, 1) - p(0, 1), p(2, 1) - p(0, 1);
-  const double twice_area = J.determinant();
-  MatX parent(3, 2);
-  parent << -1, -1, 1, 0, 0, 1;
-  const MatX D = parent * J.inverse();
+  double twice_area = 0.0;
+  const MatX D = triangle_gradients(p, twice_area);
+  const BentTriangle bent(p, D, law);
   MatX Bm = MatX::Zero(3, 18);
   for (Eigen::Index i = 0; i < 3; ++i) {
     Bm(0, 6 * i) = Bm(2, 6 * i + 1) = D(i, 0);
     Bm(1, 6 * i + 1) = Bm(2, 6 * i) = D(i, 1);
   }
   K += 0.5 * twice_area * Bm.transpose() * law.A * Bm;
-  // Quadratic integrand: the middles of the edges are exact.
-  for (const Vec2& q : {Vec2(0.5, 0), Vec2(0.5, 0.5), Vec2(0, 0.5)}) {
-    const MatX B9 = kirchhoff_curvature(p, twice_area, q.x(), q.y());
-    MatX B = MatX::Zero(3, 18);
+  const auto spread = [](const MatX& B9) {
+    MatX B = MatX::Zero(B9.rows(), 18);
     for (Eigen::Index i = 0; i < 3; ++i)
       for (Eigen::Index k = 0; k < 3; ++k) B.col(6 * i + 2 + k) = B9.col(3 * i + k);
+    return B;
+  };
+  // Quadratic integrand: the middles of the edges are exact.
+  for (const Vec3& N : {Vec3(0.5, 0.5, 0), Vec3(0, 0.5, 0.5), Vec3(0.5, 0, 0.5)}) {
+    const MatX B = spread(bent.curvature(N)), shear = spread(bent.shear(N));
     const MatX mixed = twice_area / 6.0 * Bm.transpose() * law.B * B;
-    K += twice_area / 6.0 * B.transpose() * law.D * B + mixed + mixed.transpose();
-    VecX N(3);
-    N << 1 - q.x() - q.y(), q.x(), q.y();
+    K += twice_area / 6.0 * (B.transpose() * law.D * B + shear.transpose() * law.S * shear) + mixed + mixed.transpose();
     add_drilling(D, N, least_drilling * law.twist * twice_area / 6.0, K);
   }
 }
 
 MatX triangle_stress(const Eigen::Matrix<double, 3, 2>& p, const FeShellLaw& law, const VecX& u) {
-  Eigen::Matrix2d J;
-  J << p(1, 0) - p(0, 0), p(2, 0) - p(0, 0), p(1, 1) - p(0, 1), p(2, 1) - p(0, 1);
-  MatX parent(3, 2);
-  parent << -1, -1, 1, 0, 0, 1;
-  const MatX D = parent * J.inverse();
+  double twice_area = 0.0;
+  const MatX D = triangle_gradients(p, twice_area);
+  const BentTriangle bent(p, D, law);
   Vec3 membrane = Vec3::Zero();
   VecX bending(9);
   for (Eigen::Index i = 0; i < 3; ++i) {
@@ -215,10 +258,8 @@ MatX triangle_stress(const Eigen::Matrix<double, 3, 2>& p, const FeShellLaw& law
     bending.segment<3>(3 * i) = u.segment<3>(6 * i + 2);
   }
   MatX out(3, 3);
-  const Vec2 corner[3] = {{0, 0}, {1, 0}, {0, 1}};
   for (Eigen::Index i = 0; i < 3; ++i)
-    out.col(i) = law.plies.back().membrane *
-                 (membrane + law.plies.back().upper * (kirchhoff_curvature(p, J.determinant(), corner[i].x(), corner[i].y()) * bending));
+    out.col(i) = law.plies.back().membrane * (membrane + law.plies.back().upper * (bent.curvature(Vec3::Unit(i)) * bending));
   return out;
 }
 

@@ -171,7 +171,8 @@ FeModes FeSolver::modes(int count, double eigenvalue_limit, const MatX& hold, co
   const int n = system.size();
   const bool free_motion = hold.cols() == 0;
   const int available = n - (free_motion ? rigid() : static_cast<int>(hold.cols()));
-  if (count > available) throw InputError(fmt::format("{} modes are requested, the model has {}", count, available));
+  if (count > available)
+    throw InputError(fmt::format("{} modes are requested, the model has {}: ask for no more (--modes {})", count, available, available));
   const auto wanted = [&](const VecX& lambda) {
     if (count > 0) return count;
     int below = 0;

@@ -1,11 +1,13 @@
 // Nodes tied to faces. See fe_tie.h.
 #include "sim/reduce/fe_tie.h"
 
+#include "sim/base/spatial.h"
 #include "sim/reduce/fe_elements.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 
 namespace flexframe::sim {
 namespace {
@@ -123,6 +125,70 @@ TieResult tie_nodes(FeModel& model, const std::vector<int>& slaves, const std::v
     }
   }
   return out;
+}
+
+std::vector<FeEquation> averaging_equations(const FeModel& model, const FeSpider& spider, const std::vector<int>& motions, const Mat3& Q) {
+  const auto weight = [&](size_t i) { return spider.weights.empty() ? 1.0 : spider.weights[i]; };
+  double total = 0.0;
+  Vec3 middle = Vec3::Zero();
+  for (size_t i = 0; i < spider.slaves.size(); ++i) {
+    total += weight(i);
+    middle += weight(i) * model.nodes[spider.slaves[i]];
+  }
+  middle /= total;
+  Mat3 spread = Mat3::Zero();
+  for (size_t i = 0; i < spider.slaves.size(); ++i) {
+    const Mat3 r = skew(Vec3(model.nodes[spider.slaves[i]] - middle));
+    spread -= weight(i) * r * r;
+  }
+  const Vec3 size = spread.selfadjointView<Eigen::Lower>().eigenvalues();
+  const bool turns = size.minCoeff() > 1e-10 * size.maxCoeff();
+  const Mat3 inverse = turns ? Mat3(spread.inverse()) : Mat3(Mat3::Zero());
+  const Vec3 arm = model.nodes[spider.node] - middle;
+  std::vector<FeEquation> out;
+  for (const int d : motions) {
+    if (!turns && (d >= 3 || !arm.isZero(0.0)))
+      throw InputError(
+          fmt::format("{}:{}: '{}': the nodes lie on a line or at one place and fix no rotation", model.file, spider.line, spider.name));
+    const Vec3 along = Q.col(d % 3);
+    // The point moves by mean translation and rotation x arm; the mean rotation is spread^-1 times the moments of the displacements.
+    const Vec3 turn = inverse * (d < 3 ? arm.cross(along) : along);
+    FeEquation e;
+    e.line = spider.line;
+    Eigen::Index main = 0;
+    along.cwiseAbs().maxCoeff(&main);
+    for (int k = 0; k < 3; ++k)
+      if (const int axis = (static_cast<int>(main) + k) % 3; along(axis) != 0.0)
+        e.terms.push_back({spider.node, (d < 3 ? 0 : 3) + axis, -along(axis)});
+    for (size_t i = 0; i < spider.slaves.size(); ++i) {
+      const Vec3 r = model.nodes[spider.slaves[i]] - middle;
+      const Vec3 share = weight(i) * ((d < 3 ? Vec3(along / total) : Vec3(Vec3::Zero())) + turn.cross(r));
+      for (int k = 0; k < 3; ++k)
+        if (share(k) != 0.0) e.terms.push_back({spider.slaves[i], k, share(k)});
+    }
+    out.push_back(std::move(e));
+  }
+  return out;
+}
+
+void add_partial_means(FeModel& model, std::vector<PartialMean> means, const std::vector<bool>& turning) {
+  std::set<int> named;
+  for (const FeEquation& e : model.equations)
+    for (const FeEquation::Term& t : e.terms) named.insert(t.node);
+  for (const FeConstraint& c : model.constraints) named.insert(c.node);
+  for (const FeSpider& s : model.spiders) {
+    if (s.rigid) named.insert(s.node);
+    named.insert(s.slaves.begin(), s.slaves.end());
+  }
+  for (PartialMean& mean : means) {
+    const int node = mean.spider.node;
+    const std::set<int> given(mean.motions.begin(), mean.motions.end());
+    if (!turning[node] && !named.contains(node) && given.contains(0) && given.contains(1) && given.contains(2)) {
+      model.spiders.push_back(std::move(mean.spider));
+      continue;
+    }
+    for (FeEquation& e : averaging_equations(model, mean.spider, mean.motions, mean.axes)) model.equations.push_back(std::move(e));
+  }
 }
 
 }  // namespace flexframe::sim

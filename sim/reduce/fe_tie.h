@@ -19,4 +19,17 @@ double face_area(const FeModel& model, const std::vector<int>& face);
 TieResult tie_nodes(FeModel& model, const std::vector<int>& slaves, const std::vector<std::vector<int>>& faces, double tolerance,
                     bool adjust);
 
+// An averaging spider that gives some motions (0..5) of its reference point only, in directions Q: an equation each, the point's own motion
+// first. Throws InputError where rotations are asked for and the nodes are on a line or at one place.
+std::vector<FeEquation> averaging_equations(const FeModel& model, const FeSpider& spider, const std::vector<int>& motions, const Mat3& Q);
+
+struct PartialMean {
+  FeSpider spider;
+  std::vector<int> motions;
+  Mat3 axes = Mat3::Identity();
+};
+// Adds them to the model, once all else is there: as equations where something uses the point's other motions, which are free then; as
+// spiders where nothing does, so that the point can be an interface. turning: nodes whose elements have rotations.
+void add_partial_means(FeModel& model, std::vector<PartialMean> means, const std::vector<bool>& turning);
+
 }  // namespace flexframe::sim

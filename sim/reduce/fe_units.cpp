@@ -12,8 +12,8 @@ namespace {
 // m/s. What lies outside is read in other units than it was written in.
 bool plausible(double density, double young) {
   const double sound = std::sqrt(young / density);
-  // As dense as metal or stone and yet as soft as rubber is none of them, nor as light as foam and as stiff as wood.
-  if ((density > 2500.0 && young < 1e9) || (density < 60.0 && sound > 1e3)) return false;
+  // As dense as metal or stone and yet as soft as rubber is none of them, nor as light as foam or honeycomb and stiffer than these.
+  if ((density > 2500.0 && young < 1e9) || (density < 60.0 && sound > 4e3)) return false;
   return density > 5.0 && density < 3e4 && young > 1e3 && young < 2e12 && sound < 2e4;
 }
 

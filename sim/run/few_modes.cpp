@@ -34,15 +34,36 @@ SimulateOptions beside_run(const SimulateOptions& options, const SolverStatistic
   return out;
 }
 
-// The highest third, one at least.
-Eigen::Index last_modes(const FlexibleBody& body) { return (body.n + 2) / 3; }
+// The highest third of `count` modes, one at least.
+Eigen::Index last_of(Eigen::Index count) { return (count + 2) / 3; }
 
-// What the last modes of a body add to its mass matrix where they weigh twice as much; empty: it has none.
-MatX mass_of_last_modes(const FlexibleBody& body) {
+// Of modes in the order of their frequencies those that stand for what lies beyond: the highest third, and the highest third of those that
+// move. Loads in one direction move few: a body that has the deflections of one interface alone (Guyan) has two of each bending, and
+// stretching and twist above them.
+std::vector<Eigen::Index> last_modes(const MatX& each) {
+  const Eigen::Index n = each.cols();
+  const VecX most = each.cwiseAbs().colwise().maxCoeff();
+  constexpr double still = 1e-3;  // of the largest
+  std::vector<Eigen::Index> moving, out;
+  for (Eigen::Index k = n; k-- > 0;)
+    if (most(k) > still * most.maxCoeff()) moving.push_back(k);
+  moving.resize(static_cast<size_t>(last_of(static_cast<Eigen::Index>(moving.size()))));
+  for (Eigen::Index k = 0; k < n; ++k)
+    if (k >= n - last_of(n) || std::find(moving.begin(), moving.end(), k) != moving.end()) out.push_back(k);
+  return out;
+}
+
+// Modes of a body and their rates at the samples (samples x modes, root mean squares over its mass).
+struct MovedModes {
+  MatX shapes, each;  // empty: there are none
+};
+
+MovedModes moved_modes(const FlexibleBody& body, const MatX& rates) {
   const GeneralizedEigen modes(body.Ke, body.Me);
   if (modes.info() != Eigen::Success) return {};
-  const MatX weighed = body.Me * modes.eigenvectors().rightCols(last_modes(body));
-  return weighed * weighed.transpose();
+  MovedModes out{modes.eigenvectors(), MatX::Zero(1, body.n)};
+  if (rates.cols() == body.n && rates.rows() > 0) out.each = rates * (body.Me * out.shapes);
+  return out;
 }
 
 // A body of a file whose modes the loads move: a scene that gives their start means just these.
@@ -52,33 +73,31 @@ bool is_of_file(const Scene& scene, const Part& part) {
   return modal && modal->initial.q.empty() && modal->initial.qd.empty();
 }
 
-// Makes the last modes of all bodies of files heavier; their names.
-std::string weigh_last_modes(const Scene& scene, System& system) {
+// Makes the last modes of all bodies of files weigh twice as much; their names.
+std::string weigh_last_modes(const Scene& scene, const Results& results, System& system) {
   std::string names;
   for (size_t p = 0; p < system.model.parts.size(); ++p) {
     Part& part = system.model.parts[p];
     if (!is_of_file(scene, part)) continue;
-    const MatX more = mass_of_last_modes(part.body);
-    if (more.size() == 0) continue;
-    part.body.Me += more;
+    const MovedModes modes = moved_modes(part.body, results.bodies[part.scene_body].qd);
+    if (modes.shapes.size() == 0) continue;
+    const MatX weighed = part.body.Me * modes.shapes(Eigen::all, last_modes(modes.each));
+    part.body.Me += weighed * weighed.transpose();
     if (system.plane) system.plane->bodies[p].Me = part.body.Me;
     names += fmt::format("{}'{}'", names.empty() ? "" : ", ", part.name);
   }
   return names;
 }
 
-// What the last modes move of all that the modes of a body move, by their rates at the samples, root mean squares over its mass; the
-// largest of all bodies of files.
+// What the last modes move of all that the modes of a body move, the largest of all bodies of files.
 double share_of_last_modes(const Scene& scene, const Model& model, const Results& results) {
   double out = 0.0;
   for (const Part& part : model.parts) {
     if (!is_of_file(scene, part)) continue;
-    const MatX& rates = results.bodies[part.scene_body].qd;
-    const GeneralizedEigen modes(part.body.Ke, part.body.Me);
-    if (modes.info() != Eigen::Success || rates.cols() != part.body.n || rates.rows() == 0) continue;
-    const MatX each = rates * (part.body.Me * modes.eigenvectors());
-    const double all = each.rowwise().norm().maxCoeff();
-    if (all > 0.0) out = std::max(out, each.rightCols(last_modes(part.body)).rowwise().norm().maxCoeff() / all);
+    const MovedModes modes = moved_modes(part.body, results.bodies[part.scene_body].qd);
+    if (modes.shapes.size() == 0) continue;
+    const double all = modes.each.rowwise().norm().maxCoeff();
+    if (all > 0.0) out = std::max(out, modes.each(Eigen::all, last_modes(modes.each)).rowwise().norm().maxCoeff() / all);
   }
   return out;
 }
@@ -104,7 +123,7 @@ void warn_of_last_modes(const System& start, const Scene& scene, const SimulateO
   // Longer runs are made again only where these modes move at all: a tenth of what is asked, as forces follow their accelerations.
   if (statistics.work > least_check && share_of_last_modes(scene, start.model, results) < 0.1 * asked) return;
   System heavier = copy_start(start);
-  const std::string names = weigh_last_modes(scene, heavier);
+  const std::string names = weigh_last_modes(scene, results, heavier);
   if (names.empty()) return;
   SimulateOptions again = beside_run(options, statistics);
   const double until = work_seconds() + std::max(least_check, check_price * statistics.work);

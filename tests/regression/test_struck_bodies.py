@@ -6,6 +6,7 @@ import math
 
 from program import *
 from rod_deck import rod_deck
+from scipy.optimize import brentq
 
 E, RHO, LENGTH, WIDE, HIGH, COUNT = 2.1e11, 7850.0, 1.0, 0.04, 0.03, 40
 deck = rod_deck(E, RHO, LENGTH, WIDE, HIGH, COUNT)
@@ -56,5 +57,42 @@ with temporary_folder() as name:
     expect(error > 0.05 and warnings, f"the same with an accuracy asked for is {error:.2g} off without a warning")
     error, warnings = struck(70, 1.5)
     expect(error < 0.02 and not warnings, f"a blow that seventy modes carry is {error:.2g} off, or warned of: {warnings}")
+
+    # The deflections of one interface alone: two of each bending, and stretching and twist above them, which a push across does not move.
+    run(
+        "reduce",
+        folder / "rod.inp",
+        "-o",
+        folder / "held.sid",
+        "--interface",
+        "tip=rigid:TIP",
+        "--hold",
+        "ROOT",
+        "--method",
+        "guyan",
+        "--quiet",
+    )
+    places = [brentq(lambda x: math.cos(x) * math.cosh(x) + 1, (n + 0.3) * math.pi, (n + 0.7) * math.pi) for n in range(12)]
+    omegas = [x * x / LENGTH**2 * math.sqrt(E * HIGH**2 / 12 / RHO) for x in places]
+    weight = RHO * WIDE * HIGH * LENGTH / 4  # of each mode, of 1 at the tip
+    for value, silent in (("1000", False), ("1000*sin(20*t)", True)):
+        duration = 0.01 if not silent else 0.1
+        (folder / "held.toml").write_text(
+            f"[simulation]\nduration = {duration}\noutput_rate = {200 / duration}\n"
+            '[[body]]\nname = "rod"\nkind = "modal"\nfile = "held.sid"\n'
+            '[[joint]]\nname = "foot"\nkind = "weld"\nparent = "ground"\nchild = "rod"\n'
+            f'[[force]]\nkind = "force"\non = "rod.tip"\ndirection = [0, 0, 1]\nvalue = "{value}"\n'
+            '[[output]]\nname = "tip"\nof = "rod.tip"\nquantity = "velocity"\n'
+        )
+        done = run("simulate", folder / "held.toml", "-o", folder / "h.h5", "--csv", folder / "h.csv", "--json", "--fresh")
+        warnings = [w for w in json.loads(done.stdout)["simulation"]["warnings"] if told in w]
+        if silent:
+            expect(not warnings, f"a slow push is warned of: {warnings}")
+            continue
+        columns = history(folder / "h.csv")
+        true = [sum(FORCE / weight / w * math.sin(w * t) for w in omegas) for t in columns["t"]]
+        error = max(abs(a - b) for a, b in zip(columns["tip.z"], true)) / (max(true) - min(true))
+        print(f"deflections of one interface alone: {error:.2g} of the range off, {warnings}")
+        expect(error > 0.05 and warnings, f"deflections of one interface under a blow: {error:.2g} off without a warning")
 
 finish()

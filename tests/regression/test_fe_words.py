@@ -1,0 +1,186 @@
+"""Words of decks that were passed over: motions that averaging elements leave free, shells soft against transverse shear (sandwiches,
+thick plates of triangles), springs on arms, directions of beams, solids numbered the other way round. Formulas are the truth."""
+import json
+import math
+import pathlib
+
+import numpy as np
+from program import *
+
+pi = math.pi
+SPAN, ACROSS, CELLS = 1.0, 0.02, 12  # a beam and its square section, m; cells of a plate's edge
+YOUNG, STEEL = 2.1e11, 7850.0
+BEAM = math.sqrt(YOUNG * ACROSS**2 / 12 / STEEL) / (2 * pi * SPAN**2)
+HINGED, CLAMPED, FREE = 15.4182 * BEAM, 22.3733 * BEAM, 3.51602 * BEAM
+
+
+def reduced(name, text, *words, modes=4):
+    (folder / name).write_text(text)
+    done = run("reduce", folder / name, "-o", folder / "body.h5", "--modes", modes, "--json", *words)
+    return json.loads(done.stdout) if done.returncode == 0 else {"frequencies": [0.0] * modes, "warnings": [], "notes": []}
+
+
+def beam_on_four(mean, far="123456"):
+    """A beam whose first grid hangs on four held grids by an averaging element; Nastran."""
+    n = 12
+    text = "SOL 103\nCEND\nBEGIN BULK\n" + "".join(f"GRID,{i + 1},,{i * SPAN / n:.9g},0.,0.\n" for i in range(n + 1))
+    text += "".join(f"CBAR,{i + 1},1,{i + 1},{i + 2},0.,1.,0.\n" for i in range(n))
+    text += f"PBAR,1,1,{ACROSS**2:.9g},{ACROSS**4 / 12:.9g},{ACROSS**4 / 12:.9g},{0.141 * ACROSS**4:.9g}\nMAT1,1,{YOUNG:.3e},,.3,{STEEL}\n"
+    text += "".join(f"GRID,{101 + k},,0.,{y},{z}\n" for k, (y, z) in enumerate(((0.1, 0.1), (-0.1, 0.1), (-0.1, -0.1), (0.1, -0.1))))
+    text += "CQUAD4,200,2,101,102,103,104\nPSHELL,2,1,.01,1,,1\n" + mean
+    return text + f"SPC1,1,{far},{n + 1}\nSPC1,1,123456,101,102,103,104\nENDDATA\n"
+
+
+def averaging():
+    for motions, wanted in (("123456", CLAMPED), ("123", HINGED)):
+        found = reduced("mean.bdf", beam_on_four(f"RBE3,300,,1,{motions},1.,123,101,102,+A\n+A,103,104\n"))["frequencies"]
+        near(found[0], wanted, 3e-3 * wanted, f"RBE3 of the motions {motions}")
+    # One turn is free: about y the beam is hinged, about z it is not.
+    found = reduced("mean.bdf", beam_on_four("RBE3,300,,1,12346,1.,123,101,102,+A\n+A,103,104\n"))["frequencies"]
+    near(found[0], HINGED, 3e-3 * HINGED, "RBE3 that leaves the turn about y")
+    near(found[1], CLAMPED, 3e-3 * CLAMPED, "the other direction")
+    n = 12
+    text = "*NODE\n" + "".join(f"{i + 1}, {i * SPAN / n:.9g}, 0, 0\n" for i in range(n + 1))
+    text += "101, 0, .1, .1\n102, 0, -.1, .1\n103, 0, -.1, -.1\n104, 0, .1, -.1\n*ELEMENT, TYPE=B33, ELSET=B\n"
+    text += "".join(f"{i + 1}, {i + 1}, {i + 2}\n" for i in range(n)) + "*ELEMENT, TYPE=S4, ELSET=S\n200, 101, 102, 103, 104\n"
+    text += f"*MATERIAL, NAME=M\n*ELASTIC\n{YOUNG}, .3\n*DENSITY\n{STEEL}\n*BEAM SECTION, ELSET=B, MATERIAL=M, SECTION=RECT\n"
+    text += f"{ACROSS}, {ACROSS}\n*SHELL SECTION, ELSET=S, MATERIAL=M\n.01\n*NSET, NSET=SS\n101, 102, 103, 104\n"
+    text += "*SURFACE, NAME=SU, TYPE=NODE\nSS, 1.\n*COUPLING, CONSTRAINT NAME=C, REF NODE=1, SURFACE=SU\n*DISTRIBUTING\n"
+    for motions, wanted in (("", CLAMPED), ("1, 3\n", HINGED)):
+        found = reduced("mean.inp", text + motions + f"*BOUNDARY\n{n + 1}, 1, 6\nSS, 1, 6\n")["frequencies"]
+        near(found[0], wanted, 1e-2 * wanted, f"*DISTRIBUTING {motions.strip() or 'of all motions'}")
+
+
+def square(kind):
+    """Nodes and elements of a plate of 1 m with edges on hinges that do not turn along the edge: theory has a closed form then."""
+    step = 2 if kind == "S8R" else 1
+    n = CELLS * step
+    number = {(i, j): 1 + i + (n + 1) * j for j in range(n + 1) for i in range(n + 1) if not (step == 2 and i % 2 and j % 2)}
+    text = "*NODE\n" + "".join(f"{k}, {i / n:.9g}, {j / n:.9g}, 0\n" for (i, j), k in number.items())
+    elements = []
+    for i, j in np.ndindex(CELLS, CELLS):
+        c = [(step * a, step * b) for a, b in ((i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1))]
+        if kind == "S3":
+            elements += [[number[k] for k in (c[0], c[1], c[2])], [number[k] for k in (c[0], c[2], c[3])]]
+            continue
+        middles = [((c[k][0] + c[k - 3][0]) // 2, (c[k][1] + c[k - 3][1]) // 2) for k in range(4)] if step == 2 else []
+        elements.append([number[k] for k in c + middles])
+    edge = lambda at: [k for ij, k in number.items() if at(ij)]
+    across, along = edge(lambda ij: ij[0] in (0, n)), edge(lambda ij: ij[1] in (0, n))
+    return text, elements, across, along
+
+
+def plate(kind, section):
+    text, elements, across, along = square(kind)
+    text += f"*ELEMENT, TYPE={kind}, ELSET=E\n" + "".join(f"{k + 1}, {', '.join(map(str, e))}\n" for k, e in enumerate(elements))
+    text += "*MATERIAL, NAME=FACE\n*ELASTIC\n7e10, .33\n*DENSITY\n2700\n*MATERIAL, NAME=CORE\n*ELASTIC\n5.2e7, .3\n*DENSITY\n50\n" + section
+    for name, edge, turn in (("X", across, 4), ("Y", along, 5)):
+        text += f"*NSET, NSET={name}\n" + "".join(f"{k},\n" for k in edge) + f"*BOUNDARY\n{name}, 1, 3\n{name}, {turn}, {turn}\n"
+    return text
+
+
+def soft_shells():
+    # Faces of 1 mm on a core of 20 mm whose shear modulus is 20 MPa: without shear 163.5 Hz.
+    E, nu, face, core, G = 7e10, 0.33, 1e-3, 20e-3, 2e7
+    waves = 2 * pi**2
+    D = E / (1 - nu**2) * (face * (core + face) ** 2 / 2 + face**3 / 6)
+    S, mass = G * (core + face) ** 2 / core, 2 * 2700 * face + 50 * core
+    wanted = math.sqrt(D * waves**2 / (1 + D * waves / S) / mass) / (2 * pi)
+    layers = f"*SHELL SECTION, ELSET=E, COMPOSITE\n{face}, 3, FACE\n{core}, 3, CORE\n{face}, 3, FACE\n"
+    for kind in ("S4", "S3", "S8R"):
+        told = reduced("plate.inp", plate(kind, layers))
+        near(told["frequencies"][0], wanted, 6e-3 * wanted, f"sandwich of {kind}")
+        expect(not any("no solid" in w for w in told["warnings"]), f"a foam is a solid: {told['warnings']}")
+    # The same by Nastran's stiffness of bending and its material of transverse shear.
+    text, elements, across, along = square("S4")
+    rows = [row.replace(" ", "").split(",") for row in text.splitlines()[1:]]
+    deck = "SOL 103\nCEND\nBEGIN BULK\n" + "".join(f"GRID,{r[0]},,{float(r[1]):.8f},{float(r[2]):.8f},0.\n" for r in rows)
+    deck += "".join(f"CQUAD4,{k + 1},1,{','.join(map(str, e))}\n" for k, e in enumerate(elements))
+    bend, shear = 12 * D * (1 - nu**2) / E / (2 * face) ** 3, (core + face) ** 2 / core / (2 * face)
+    deck += f"MAT1,1,7.+10,,.33,2700.\nMAT1,2,,{G:.1f},.3,50.\n"
+    deck += "".join(f"SPC1,1,1234,{k}\n" for k in across) + "".join(f"SPC1,1,1235,{k}\n" for k in along)
+    sandwich = f"PSHELL,1,1,{2 * face},1,{bend:.6g},2,{shear:.6g},{50 * core}\n"
+    found = reduced("plate.bdf", deck + sandwich + "ENDDATA\n")["frequencies"][0]
+    near(found, wanted, 6e-3 * wanted, "PSHELL with MID3 of a core")
+    stiff = reduced("plate.bdf", deck + sandwich.replace(f",2,{shear:.6g}", ",,") + "ENDDATA\n")
+    rigid = math.sqrt(D * waves**2 / mass) / (2 * pi)
+    near(stiff["frequencies"][0], rigid, 6e-3 * rigid, "PSHELL without MID3")
+    expect(any("rigid against transverse shear" in n for n in stiff["notes"]), f"which is told: {stiff['notes']}")
+    # A thick plate of triangles: shear takes 2.8 %, the turning of its mass 0.8 %.
+    h = 0.1
+    D, S = E * h**3 / 12 / (1 - nu**2), 5 / 6 * E / 2 / (1 + nu) * h
+    M = np.diag([2700 * h, 2700 * h**3 / 12])  # deflection, turn in the direction of the waves
+    k = math.sqrt(waves)
+    K = np.array([[S * k * k, S * k], [S * k, S + D * k * k]])
+    wanted = math.sqrt(np.linalg.eigvals(np.linalg.solve(M, K)).min()) / (2 * pi)
+    for kind in ("S3", "S4"):
+        found = reduced("plate.inp", plate(kind, f"*SHELL SECTION, ELSET=E, MATERIAL=FACE\n{h}\n"))["frequencies"][0]
+        near(found, wanted, 8e-3 * wanted, f"thick plate of {kind}")
+
+
+def bushes():
+    """A mass on a spring that lies on arms between its grids."""
+    length, mass, J, k, kr = 0.4, 3.0, 0.05, 2e5, 700.0
+    head = (
+        "SOL 103\nCEND\nBEGIN BULK\nGRID,1,,0.,0.,0.,,123456\n"
+        + f"GRID,2,,{length},0.,0.,,1345\nCONM2,5,2,,{mass},,,,,+A\n+A,1.,,1.,,,{J}\n"
+    )
+    for way, place in (("", 0.5), (",+B\n+B,0.2", 0.2), (",+B\n+B,,0,0.1,0.,0.", 0.25)):
+        for frame in ("0.,1.,0.,", ",,,0"):
+            bush = f"CBUSH,9,9,1,2,{frame}{way}\nPBUSH,9,B,1.,,,,,,+C\n+C,,K,1.e6,{k},{k},{kr},{kr},{kr}\nENDDATA\n"
+            arm = place * length - length
+            K = np.array([[k, k * arm], [k * arm, k * arm**2 + kr]])
+            wanted = np.sqrt(np.sort(np.linalg.eigvals(np.linalg.solve(np.diag([mass, J]), K)))) / (2 * pi)
+            found = reduced("bush.bdf", head + bush, modes=2)["frequencies"]
+            for f, w in zip(found, wanted):
+                near(f, w, 1e-6 * w, f"CBUSH at {place} of its length")
+
+
+def directions():
+    """The node behind a beam's own gives the first direction of its section."""
+    n = 16
+    text = "*NODE\n" + "".join(f"{i + 1}, {i * SPAN / n:.9g}, 0, 0\n" for i in range(n + 1)) + "1000, .3, 1, 0\n"
+    text += "*ELEMENT, TYPE=B31, ELSET=B\n" + "".join(f"{i + 1}, {i + 1}, {i + 2}, 1000\n" for i in range(n))
+    text += (
+        f"*MATERIAL, NAME=M\n*ELASTIC\n{YOUNG}, .3\n*DENSITY\n{STEEL}\n*BEAM SECTION, ELSET=B, MATERIAL=M, SECTION=RECT\n{ACROSS}, .005\n"
+    )
+    text += "*NSET, NSET=ALL, GENERATE\n1, 17\n*BOUNDARY\n1, 1, 6\nALL, 3, 3\nALL, 5, 5\n"
+    found = reduced("beam.inp", text, modes=2)["frequencies"][0]
+    near(found, FREE, 5e-3 * FREE, "a beam bends about its stiff axis")
+
+
+def handedness():
+    """Solids seen from the other side, and lines that go on under names with two signs."""
+    grids = {(i, j, k): 1 + i + 5 * (j + 2 * k) for k in range(2) for j in range(2) for i in range(5)}
+    out = []
+    for ring in (((0, 0), (1, 0), (1, 1), (0, 1)), ((0, 0), (0, 1), (1, 1), (1, 0))):
+        deck = "SOL 103\nCEND\nBEGIN BULK\n" + "".join(
+            f"GRID,{n},,{0.1 * i:.1f},{0.1 * j:.1f},{0.1 * k:.1f}\n" for (i, j, k), n in grids.items()
+        )
+        for i in range(4):
+            corners = [grids[i, *jk] for jk in ring] + [grids[i + 1, *jk] for jk in ring]
+            deck += (
+                "CHEXA   "
+                + "".join(f"{x:<8}" for x in (i + 1, 1, *corners[:6]))
+                + f"+{i:06}\n"
+                + f"++{i:06}"
+                + "".join(f"{x:<8}" for x in corners[6:])
+                + "\n"
+            )
+        deck += (
+            f"PSOLID,1,1\nMAT1,1,{YOUNG:.3e},,.3,{STEEL}\n"
+            + "".join(f"SPC1,1,123,{n}\n" for at, n in grids.items() if at[0] == 0)
+            + "ENDDATA\n"
+        )
+        out.append(reduced("bar.bdf", deck)["frequencies"])
+    for a, b in zip(*out):
+        near(b, a, 1e-9 * a, "solids either way round")
+    expect(out[0][0] > 100, "the bar has frequencies")
+
+
+with temporary_folder() as name:
+    folder = pathlib.Path(name)
+    for case in (averaging, soft_shells, bushes, directions, handedness):
+        case()
+
+finish()
