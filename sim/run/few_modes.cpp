@@ -16,6 +16,8 @@ namespace {
 // With so many more of them it is seen what the others leave out: bending shapes of a beam whose ends are alike move its middle by turns
 // only.
 constexpr int more_modes = 2;
+// Runs of more CPU s are not made again for them, and those with more modes may take so many times the run's.
+constexpr double longest_judged = 4.0 * least_check, longer = 3.0;
 // What the estimated error of time may be short of (tests/trust).
 constexpr double estimates = 5.0;
 
@@ -153,11 +155,25 @@ void warn_of_few_modes(const Scene& scene, const SimulateOptions& options, const
     names += fmt::format("{}'{}'", names.empty() ? "" : ", ", body.name);
   }
   if (names.empty()) return;
+  const auto not_measured = [&] {
+    statistics.notes.tell("body " + names,
+                          fmt::format("whether so few modes are enough was not measured, as that takes longer than the run; "
+                                      "compare with a run that keeps {} more",
+                                      more_modes));
+  };
+  if (statistics.work > longest_judged) return not_measured();
+  SimulateOptions again = beside_run(options, statistics);
+  const double until = work_seconds() + std::max(least_check, longer * statistics.work);
+  again.progress = [until](double) {
+    if (work_seconds() > until) throw LongerThanAllowed{};
+  };
   Histories other;
   try {
-    other = simulate_histories(richer, beside_run(options, statistics));
+    other = simulate_histories(richer, again);
   } catch (const SimulationError&) {
     return;
+  } catch (const LongerThanAllowed&) {
+    return not_measured();
   }
   const Difference difference = compare_histories(reference, other, common_ranges(other, reference, deflection));
   const double noise = estimates * std::max(0.0, statistics.error_estimate);

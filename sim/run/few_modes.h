@@ -10,9 +10,9 @@
 namespace flexframe::sim {
 
 // A warning where an output moves by more than `asked` of its range, beyond what the run's error of time explains; nothing where no beam
-// has keep_modes, or the second run fails. Bodies whose elastic coordinates are output or given keep theirs. options: those of the
-// run; reference: its outputs; deflection: the largest of a body, m, against which places that stand still count; the run's tolerance and
-// estimated error are in `statistics`, the warning goes there.
+// has keep_modes, or the second run fails; a note where it takes too long, as of runs of more than 2 CPU s. Bodies whose elastic
+// coordinates are output or given keep theirs. options: those of the run; reference: its outputs; deflection: the largest of a body, m,
+// against which places that stand still count; the run's tolerance and estimated error are in `statistics`, the warning goes there.
 void warn_of_few_modes(const Scene& scene, const SimulateOptions& options, const Histories& reference, double deflection, double asked,
                        SolverStatistics& statistics);
 
