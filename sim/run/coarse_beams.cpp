@@ -12,6 +12,7 @@
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <numbers>
 
@@ -495,6 +496,63 @@ void warn_of_tipping(const Scene& scene, const std::vector<EffectState>& effects
                            "GJ) reaches {:.2g}, and a cantilever tips at 1.6 under an even moment, at 4.0 under a force at its tip; take "
                            "model = \"mixed\" with the effects bending_xz, bending_xy and torsion",
                            moment));
+  }
+}
+
+namespace {
+
+// The longest stretch between ends of elements, relative to the beam's length: frames are such ends too.
+double longest_span(const BeamDef& beam) {
+  const int n = beam.elements * (beam.model == BeamModel::mixed ? beam.volumes : 1);
+  std::vector<double> ends;
+  for (int i = 0; i <= n; ++i) ends.push_back(i / static_cast<double>(n));
+  for (const auto& [name, share] : beam.frames) ends.push_back(share);
+  std::sort(ends.begin(), ends.end());
+  double out = 0.0;
+  for (size_t i = 0; i + 1 < ends.size(); ++i) out = std::max(out, ends[i + 1] - ends[i]);
+  return out;
+}
+
+// N/m, of the weight and of constant loads along the beam.
+double load_along(const Scene& scene, const BodyDef& def, const BeamDef& beam) {
+  double out = beam.material.density * beam.section.area * scene.simulation.gravity.norm();
+  for (const ForceDef& f : scene.forces) {
+    double value = 0.0;
+    const char* end = f.value.data() + f.value.size();
+    if (f.kind == ForceKind::distributed && f.on.body == def.name && std::from_chars(f.value.data(), end, value).ptr == end)
+      out += std::abs(value);
+  }
+  return out;
+}
+
+}  // namespace
+
+void tell_of_bare_spans(const Scene& scene, const std::vector<EffectState>& effects, const Results& results, bool pictures, double asked,
+                        Notes& notes) {
+  for (const BodyDef& def : scene.bodies) {
+    const BeamDef* beam = judged_beam(def);
+    const auto body = std::find_if(results.bodies.begin(), results.bodies.end(), [&](const ResultBody& b) { return b.name == def.name; });
+    if (!beam || beam->model == BeamModel::lumped || body == results.bodies.end() || body->displacement.size() == 0) continue;
+    const Vec3 bent = largest_deflection(*body);
+    const bool xy = is_on(effects, def.name, "bending_xy"), xz = is_on(effects, def.name, "bending_xz");
+    const double iy = beam->section.iy, iz = beam->section.iz;
+    const bool in_xy = xy && (!xz || (bent.norm() > 0.0 ? std::abs(bent.y()) > std::abs(bent.z()) : iz < iy));
+    if (!xy && !xz) continue;
+    const double span = longest_span(*beam) * beam->length, stiffness = beam->material.youngs_modulus * (in_xy ? iz : iy);
+    const double missed = load_along(scene, def, *beam) * std::pow(span, 4) / (384.0 * stiffness);
+    // Ends that turn alone bend what lies between them too.
+    const double turned = body->rotation.size() > 0 ? 0.25 * span * body->rotation.cwiseAbs().maxCoeff() : 0.0;
+    const double share = missed / (missed + std::max(turned, bent.norm()));
+    if (!(share > asked)) continue;
+    const int elements = beam->elements * (beam->model == BeamModel::mixed ? beam->volumes : 1);
+    const std::string owner = fmt::format("body '{}'", def.name);
+    const std::string text = fmt::format(
+        "between the ends of its {} element{} pictures show up to {:.2g} of its largest displacement too little, which loads "
+        "along it bend there; the ends are right; take elements = {}{}",
+        elements, elements == 1 ? "" : "s", share, static_cast<int>(std::ceil(elements * std::pow(share / enough, 0.25))),
+        beam->model == BeamModel::mixed ? " in all volumes together" : "");
+    if (pictures) notes.warn(owner, text);
+    else notes.tell(owner, text);
   }
 }
 

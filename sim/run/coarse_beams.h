@@ -50,6 +50,12 @@ std::vector<size_t> beams_that_may_tip(const Scene& scene, const std::vector<Eff
 // plane scene does not show.
 void warn_of_tipping(const Scene& scene, const std::vector<EffectState>& effects, const Results& results, Notes& notes);
 
+// Says of beams under their weight and constant loads along them what pictures lack between the ends of their elements, which are right:
+// q h^4 / (384 EI) at the middle of an element (of one between two hinges 20 %, between two clamps all). Beyond `asked` of the largest
+// displacement a warning where pictures are what the run is made for, else a note.
+void tell_of_bare_spans(const Scene& scene, const std::vector<EffectState>& effects, const Results& results, bool pictures, double asked,
+                        Notes& notes);
+
 // A warning for each whose share is beyond `asked`.
 void warn_of_coarse_beams(const std::vector<CoarseBeam>& beams, double asked, Notes& notes);
 

@@ -326,7 +326,12 @@ std::string remedy_of(const Scene& scene, const Neglected& n) {
     for (const std::string& name : choice->names) list += fmt::format("\"{}\", ", name);
   const std::string words = fmt::format("effects = [{}\"{}\"]", list, n.effect);
   const bool shear = n.effect == "shear";
-  if (shear && beam->model != BeamModel::lumped && (beam->section.shear_y <= 0.0 || beam->section.shear_z <= 0.0))
+  const auto bends = [&](const char* name) {
+    return choice->automatic || std::find(choice->names.begin(), choice->names.end(), name) != choice->names.end();
+  };
+  const bool rigid_in_shear =
+      (bends("bending_xy") && beam->section.shear_y <= 0.0) || (bends("bending_xz") && beam->section.shear_z <= 0.0);
+  if (shear && beam->model != BeamModel::lumped && rigid_in_shear)
     return fmt::format("give the section shear_y and shear_z{}, and add \"shear\" to 'effects': {}",
                        beam->modes.empty() ? "" : ", take model = \"finite-element\" without 'modes'", words);
   if (beam->model == BeamModel::lumped && !n.possible)

@@ -139,18 +139,20 @@ LeftOut::LeftOut(const System& system, const std::vector<EffectState>& states, b
     if (s.on || s.body < 0 || !std::holds_alternative<BeamDef>(scene_.bodies[s.body].kind)) continue;
     const bool shear = s.effect == "shear", bends = on(states, s.owner, "bending_xy") || on(states, s.owner, "bending_xz");
     if (s.effect == "damping" || s.effect == "large_bending") continue;  // the latter: linear_limit.h
-    if (shear ? !bends : !s.possible) continue;
+    if (!shear && !s.possible) continue;
     Item item;
     item.effect = s.effect;
     item.bodies = {s.body};
     item.possible = s.possible;
+    item.only_turning = shear && !bends;
     items_.push_back(item);
   }
   if (items_.size() > weighed_alone) {
     std::vector<Item> together;
     for (const Item& item : items_) {
-      const auto at = std::find_if(together.begin(), together.end(),
-                                   [&](const Item& t) { return t.effect == item.effect && t.possible == item.possible; });
+      const auto at = std::find_if(together.begin(), together.end(), [&](const Item& t) {
+        return t.effect == item.effect && t.possible == item.possible && t.only_turning == item.only_turning;
+      });
       if (at == together.end()) together.push_back(item);
       else at->bodies.push_back(item.bodies.front());
     }
@@ -311,7 +313,8 @@ void LeftOut::strains_of_first_order(int body, const BothEnds& forces, const Ite
   const BeamDef& def = beam_of(scene_, body);
   out.clear();
   for (size_t k = 0; k < forces[0].size(); ++k)
-    for (const Vec6& F : {forces[0][k], forces[1][k]}) out.push_back({missing_strain(def, item.effect, other_bends, F), F});
+    for (const Vec6& F : {forces[0][k], forces[1][k]})
+      out.push_back({item.only_turning ? Vec6(Vec6::Zero()) : missing_strain(def, item.effect, other_bends, F), F});
 }
 
 LeftOut::Moved LeftOut::strained(const System& system, Item& item) const {
@@ -326,7 +329,8 @@ LeftOut::Moved LeftOut::strained(const System& system, Item& item) const {
     if (std::find(item.bodies.begin(), item.bodies.end(), beam.body) == item.bodies.end()) continue;
     if (second_order) strains_of_second_order(system, beam, item, at);
     else strains_of_first_order(beam.body, {beam.left, beam.right}, item, at);
-    if (item.effect == "shear" && beam_of(scene_, beam.body).model == BeamModel::lumped) item.slowing.back() += std::abs(untwist(beam, at));
+    if (item.effect == "shear" && !item.only_turning && beam_of(scene_, beam.body).model == BeamModel::lumped)
+      item.slowing.back() += std::abs(untwist(beam, at));
     std::vector<Vec6>& moved = out[b];
     moved.assign(beam.x.size(), Vec6::Zero());
     for (size_t k = 0; k + 1 < beam.x.size(); ++k) {
@@ -454,7 +458,9 @@ void LeftOut::follow(const System& system, Item& item, const VecX& rest) {
 
 // What the deformation of the motion moves: the mechanism without it, its joints as they are.
 void LeftOut::follow_deformation(const System& system) {
-  strain_.push_back(compute_energy(system.model, system.work).strain);
+  const Energy energy = compute_energy(system.model, system.work);
+  strain_.push_back(energy.strain);
+  kinetic_.push_back(energy.kinetic);
   bent_mass_.push_back(0.0);
   // Nothing has coordinates of its own: what is left would be rounding.
   if (work_.carrying.deforming.empty()) return;
@@ -720,6 +726,24 @@ bool LeftOut::has_unjudged_forces() const {
   });
 }
 
+bool LeftOut::has_forces() const {
+  return std::any_of(columns_.begin(), columns_.end(), [](const Column& column) {
+    switch (column.quantity) {
+      case Quantity::reaction:
+      case Quantity::section_force:
+      case Quantity::stress:
+      case Quantity::force:
+      case Quantity::power:
+      case Quantity::work:
+      case Quantity::kinetic:
+      case Quantity::energy:
+        return true;
+      default:
+        return false;
+    }
+  });
+}
+
 void LeftOut::compare_shown(const Item& item, double deformed, LeftOutWorth& found) const {
   constexpr double counts = 1.0 / 3.0, rounding = 1e-12;
   double length = 0.0;
@@ -822,8 +846,8 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
       found.column = run.columns[c];
     }
     const double by_looks = found.share;
-    if (const double turned = turned_share(item, results); turned > found.share && !run.columns.empty())
-      found.share = turned, found.column = turns_most(run, ranges);
+    if (!run.columns.empty()) found.turning = turned_share(item, results);
+    if (found.turning > found.share) found.share = found.turning, found.column = turns_most(run, ranges);
     if (item.failed) found.share = std::max(found.share, 1.0);
     compare_shown(item, deformed["m"], found);
     if (found.share > by_looks) found.columns.resize(0);

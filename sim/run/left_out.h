@@ -44,6 +44,8 @@ struct LeftOutWorth {
   // contact stores. It lets the blow last longer and keeps part of it as vibration, also where it moves no output along the motion as it
   // is.
   double blow = 0.0;
+  // Of shear: what the sections' rotary inertia, which comes with it, does to the mechanism as it turns, roughly.
+  double turning = 0.0;
 };
 
 class LeftOut {
@@ -66,11 +68,13 @@ class LeftOut {
     std::string effect;
     std::vector<int> bodies;
     bool possible = true, failed = false;
+    bool only_turning = false;         // shear of beams that do not bend: rotary inertia is all that comes with it
     std::vector<VecX> change;          // a look: of the followed columns
     std::vector<double> energy, mass;  // a look: U, J; sum m d^2, kg m^2
     std::vector<double> slowing;       // a look: 1/2 of the work of what is of second order on the deflection, its size, J
     std::vector<double> pull;          // a look: integral of the section force that makes the strain, with its sign
     std::vector<double> turning;       // a look, of shear: kinetic energy of the sections that turn with their beam about y and z, J
+    std::vector<double> spinning;      // a look, of shear: the same of their turning about x, J
     double force = 0.0, moment = 0.0;  // the largest that makes it, N and Nm
     double reach = 0.0;                // largest displacement within a beam, m
   };
@@ -122,6 +126,8 @@ class LeftOut {
   VecX slowed_vibrations(size_t item, double duration) const;
   // Whether the run has outputs that a look does not judge.
   bool has_unjudged_forces() const;
+  // Whether outputs are forces, what they do, or energies.
+  bool has_forces() const;
   // found.reach and shown. deformed: the largest displacement of nodes, m.
   void compare_shown(const Item& item, double deformed, LeftOutWorth& found) const;
   // What the vibrations of a run lose in phase by its end, rad; of the one that this moves farthest its range, m, and frequency, rad/s.
@@ -159,6 +165,7 @@ class LeftOut {
   VecX farthest_ = VecX::Zero(3);                   // m, m/s, m/s^2: of what the vibrations move, at any look so far
   std::vector<double> times_, strain_, bent_mass_;  // a look: s; strain energy, J; sum m d^2 of the deformation, kg m^2
   std::vector<double> pressed_;                     // a look: what contacts and stops store, J
+  std::vector<double> kinetic_;                     // a look: J
 };
 
 }  // namespace flexframe::sim

@@ -209,6 +209,10 @@ Results simulate_alone(const Scene& scene, SimulateOptions& options, bool judge,
   });
 }
 
+// What rotary inertia does to a mechanism that turns with its beams is estimated by its share of the inertia, several times too much or, of
+// what tumbles, too little.
+bool may_turn(const LeftOutWorth& w) { return w.possible && w.turning > 3e-3; }
+
 // Where blows, reversals of friction and the like lie shifts with what is left out, and what follows with them: a deformation that is worth
 // more than this along the motion as it is may be worth a multiple. Blows between two looks strain the beams unseen (a rod dropped on a
 // stop seven times as stiff, 1.9 % off: no influence of its stretching told). Of eigenforms, whose strains may say nothing of the beam
@@ -226,7 +230,7 @@ void measure_what_shifts(const Scene& scene, const SolverStatistics& run, double
   const auto shifts = [&](const LeftOutWorth& w) {
     return (run.events > 0 && w.possible && (alone.blows_unseen || w.share > may_shift_events || w.blow > may_shift_events) &&
             (w.share < asked || of_eigenforms(scene, w))) ||
-           shifts_forces(w, asked);
+           shifts_forces(w, asked) || may_turn(w);
   };
   std::copy_if(alone.left_out.begin(), alone.left_out.end(), std::back_inserter(alone.to_measure), shifts);
   std::erase_if(alone.left_out, shifts);
@@ -236,7 +240,7 @@ void measure_what_shifts(const Scene& scene, const SolverStatistics& run, double
 // hidden: as the error of time, which is warned of, would hide it.
 void warn_of_unmeasured(std::vector<LeftOutWorth>& worth, long events, bool blows_unseen, bool hidden, Notes& notes) {
   for (const LeftOutWorth& w : worth) {
-    if (!is_deformation(w)) continue;
+    if (!is_deformation(w) || may_turn(w)) continue;
     if (blows_unseen) {
       notes.warn("", fmt::format("{} of '{}' is left out, and bodies strike between the samples, so that its influence is not known; add "
                                  "\"{}\" to 'effects', or measure it with flexframe effects",
@@ -261,7 +265,7 @@ void warn_of_unmeasured(std::vector<LeftOutWorth>& worth, long events, bool blow
                                  "which was not measured beside this run; flexframe effects measures it",
                                  w.effect, fmt::join(w.owners, "', '"), w.share, w.column.empty() ? "the outputs" : w.column, w.inside));
   }
-  std::erase_if(worth, is_deformation);
+  std::erase_if(worth, [](const LeftOutWorth& w) { return is_deformation(w) && !may_turn(w); });
 }
 
 // Strains along the motion of eigenforms that do not fit say nothing of the beam.
@@ -389,6 +393,7 @@ void judge(Unjudged& run, bool check) {
   warn_of_unmeasured(alone.to_measure, s.events, alone.blows_unseen, measured.hidden, s.notes);
   report_left_out(run.scene, alone.to_measure, unasked_accuracy, s);
   warn_of_coarse_beams(coarse_beams(run.scene, alone.effects, run.results), sure_of_coarse * unasked_accuracy, s.notes);
+  tell_of_bare_spans(run.scene, alone.effects, run.results, options.pictures || run.scene.outputs.empty(), unasked_accuracy, s.notes);
   warn_of_held_warping(run.scene, alone.effects, run.results, unasked_accuracy, s.notes);
   warn_of_tipping(run.scene, alone.effects, run.results, s.notes);
   warn_of_missing_stiffening(run.scene, alone.unstiffened, run.results, unasked_accuracy, s.notes);

@@ -439,7 +439,7 @@ def chimney(folder):
     """A chimney falls over about its foot: the bending moment m g sin(a) s (1 - s)^2 L / 4 is largest at a third of its height."""
     L, m = 24.0, 2400 * 3.2 * 24
     text = head(3) + '[[body]]\nname = "stack"\nkind = "beam"\nlength = 24\nmaterial = { density = 2400, youngs_modulus = "30 GPa" }\n'
-    text += 'section = { shape = "general", area = 3.2, iy = 2.9, iz = 2.9, j = 5.8 }\neffects = []\nframes = { third = "1/3" }\n'
+    text += 'section = { shape = "general", area = 3.2, iy = 0.4, iz = 0.4, j = 0.8 }\neffects = []\nframes = { third = "1/3" }\n'
     text += joint("foot", "revolute", "ground", "stack", 'initial = { value = "84 deg" }')
     for name, at in (("low", 0.2), ("third", "third"), ("high", 0.6)):
         of = "stack.third" if at == "third" else "stack"
