@@ -274,6 +274,35 @@ void add_levels(Animation& animation) {
   }
 }
 
+double diagonal(const render::Mesh& mesh) {
+  if (mesh.positions.empty()) return 0.0;
+  const render::Bounds box = render::compute_bounds(mesh);
+  return glm::length(box.upper - box.lower);
+}
+
+// A mesh of a file that dwarfs all else whose size is known (beams, bodies of files, other meshes) and the way that bodies go: most likely
+// in millimetres.
+std::string mistaken_unit(const sim::Results& results, const std::vector<BodyModel>& bodies, size_t which) {
+  constexpr double dwarfs = 300.0;
+  if (results.bodies[which].mesh.empty()) return {};
+  double rest = 0.0;
+  for (size_t b = 0; b < results.bodies.size(); ++b)
+    if (b != which && (!results.bodies[b].mesh.empty() || !results.bodies[b].nodes.empty()))
+      rest = std::max(rest, diagonal(bodies[b].mesh));
+  if (rest == 0.0) return {};
+  Eigen::RowVector3d lower = results.bodies[which].position.row(0), upper = lower;
+  for (const sim::ResultBody& body : results.bodies) {
+    lower = lower.cwiseMin(body.position.colwise().minCoeff());
+    upper = upper.cwiseMax(body.position.colwise().maxCoeff());
+  }
+  rest = std::max(rest, (upper - lower).norm());
+  const double size = diagonal(bodies[which].mesh);
+  if (!(size > dwarfs * rest)) return {};
+  return fmt::format(
+      "its mesh is {:.3g} m large, {:.0f} times all else: if the file is in millimetres, say mesh = {{ file = ..., unit = \"mm\" }}", size,
+      size / rest);
+}
+
 // What bodies look like for want of something, equal words once.
 void tell_of_bodies(Animation& animation, const sim::Scene* scene) {
   const sim::Results& results = *animation.results;
@@ -286,6 +315,7 @@ void tell_of_bodies(Animation& animation, const sim::Scene* scene) {
     if (!body.mesh.empty() && !body.mesh_sha256.empty() && sim::sha256_of_file(body.mesh) != body.mesh_sha256)
       notes.warn(owner, fmt::format("the mesh {} has changed since the results were made", body.mesh));
     for (const std::string& refused : model.refused) notes.warn(owner, refused);
+    if (const std::string unit = mistaken_unit(results, animation.bodies, b); !unit.empty()) notes.warn(owner, unit);
     // Nodes that are joined for want of a mesh have no shape between them.
     const sim::BodyDef* def = find_body(scene, body.name);
     const bool shaped = !body.mesh.empty() || body.surface.triangles.rows() > 0 || (def && !def->shapes.empty());

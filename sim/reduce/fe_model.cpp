@@ -215,19 +215,22 @@ struct Lacking {
 // spread: whether solids or shells are made of it, not beams alone.
 void check_material(const FeModel& model, const FeMaterial& m, bool spread, std::vector<std::string>& faults) {
   const auto fault = [&](const std::string& text) { faults.push_back(fmt::format("{}: material '{}': {}", model.file, m.name, text)); };
+  const std::string ending = std::filesystem::path(model.file).extension().string();
+  const bool deck = ending == ".inp" || ending == ".INP";
   if (m.elasticity) {
     const Eigen::LLT<Mat6> factor(*m.elasticity);
     if (!m.elasticity->allFinite() || factor.info() != Eigen::Success)
       fault("its elastic constants are no stable material: the matrix must be positive definite");
   } else {
     if (!(m.youngs_modulus > 0.0))
-      fault(fmt::format("Young's modulus must be > 0, found {}; give *ELASTIC in the model, or --elastic {}=YOUNGS_MODULUS,POISSON in SI",
-                        m.youngs_modulus, m.name));
+      fault(fmt::format("Young's modulus must be > 0, found {}; give {} in the model, or --elastic {}=YOUNGS_MODULUS,POISSON in SI",
+                        m.youngs_modulus, deck ? "*ELASTIC" : "E of its card", m.name));
     if ((spread || !(m.shear_modulus > 0.0)) && !(m.poisson > -1.0 && m.poisson < 0.5))
       fault(fmt::format("Poisson's ratio must be in (-1, 0.5), found {}", m.poisson));
   }
   if (!(m.density > 0.0) && !m.massless)
-    fault(fmt::format("density must be > 0, found {}; give *DENSITY in the model, or --density {}=DENSITY in kg/m^3", m.density, m.name));
+    fault(fmt::format("density must be > 0, found {}; give {} in the model, or --density {}=DENSITY in kg/m^3", m.density,
+                      deck ? "*DENSITY" : "RHO of its card", m.name));
 }
 
 }  // namespace

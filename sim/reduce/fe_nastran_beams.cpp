@@ -156,6 +156,11 @@ void NastranReader::tapered(const NastranCard& p, FeBeamSection& s, Eigen::Vecto
   s.shear2 = deck.real(p, k + 1, 1.0) * s.area;
   for (size_t warp : {k + 6, k + 7})
     if (deck.real(p, warp) != 0.0) add_once(model.notes, fmt::format("{}: PBEAM: stiffness against warping is left out", deck.where(p)));
+  for (size_t inertia : {k + 4, k + 5})
+    if (deck.real(p, inertia) != 0.0)
+      add_once(model.warnings, fmt::format("{}: PBEAM: the inertia of non-structural mass about the axis (NSI) is left out; give it as "
+                                           "CONM2 at the grids",
+                                           deck.where(p)));
   for (size_t mass = k + 8; mass < k + 12; ++mass)
     if (deck.real(p, mass) != 0.0)
       add_once(model.warnings, fmt::format("{}: PBEAM: non-structural mass beside the axis (M1, M2) counts on the axis", deck.where(p)));

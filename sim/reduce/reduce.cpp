@@ -6,6 +6,7 @@
 #include "sim/base/spatial.h"
 #include "sim/reduce/dense_products.h"
 #include "sim/reduce/fe_attachment.h"
+#include "sim/reduce/fe_elements.h"
 #include "sim/reduce/fe_integrals.h"
 #include "sim/reduce/fe_mesh_error.h"
 #include "sim/reduce/fe_refine.h"
@@ -433,6 +434,7 @@ class Reducer {
           model.file, m.x(), m.y(), m.z(), rigid.mass));
     body.md0 = rigid.md;
     body.J0 = rigid.J;
+    judge_inertia(rigid);
     const LinearMass linear = linear_mass(model, system, U);
     body.md1 = linear.md;
     body.J1 = linear.J;
@@ -467,6 +469,50 @@ class Reducer {
     else if (options.stiffening) add_stiffening(U);
     if (options.stress) add_stress(U);
     if (options.surface) add_surface(U);
+  }
+
+  // Flat shells have their mass at their nodes: about an axis along a strip of one element it is three times too far out.
+  void judge_inertia(const RigidMass& rigid) {
+    if (model.matrices) return;
+    const Vec3 c = rigid.md / rigid.mass;
+    Mat3 more = Mat3::Zero();  // int r r^T dm, as it is less as it should be
+    for (const FeElement& e : model.elements) {
+      if (e.shape != FeShape::triangle3 && e.shape != FeShape::quadrangle4) continue;
+      Mat3X X(3, e.count);
+      for (int i = 0; i < e.count; ++i) X.col(i) = model.nodes[model.connectivity[e.first + i]];
+      double area = 0.0;
+      const double mass = shell_law(model, e, shell_axes(e.shape, X, e.id, area)).m0;
+      X.colwise() -= c;
+      more += mass * area / e.count * X * X.transpose();
+      for (int k = 2; k < e.count; ++k) {
+        Mat3 corners;
+        corners << X.col(0), X.col(k - 1), X.col(k);
+        const Vec3 sum = corners.rowwise().sum();
+        const double part = 0.5 * Vec3(X.col(k - 1) - X.col(0)).cross(Vec3(X.col(k) - X.col(0))).norm();
+        more -= mass * part / 12.0 * (corners * corners.transpose() + sum * sum.transpose());
+      }
+    }
+    Mat3 J;
+    J << rigid.J(0), rigid.J(3), rigid.J(4), rigid.J(3), rigid.J(1), rigid.J(5), rigid.J(4), rigid.J(5), rigid.J(2);
+    J += rigid.mass * skew(c) * skew(c);
+    const Eigen::SelfAdjointEigenSolver<Mat3> principal(J);
+    if (!(principal.eigenvalues()(0) > 0.0)) return;
+    double worst = 0.0;
+    Vec3 axis = Vec3::Zero();
+    for (int k = 0; k < 3; ++k) {
+      const Vec3 a = principal.eigenvectors().col(k);
+      const double off = more.trace() - a.dot(more * a), share = off / (principal.eigenvalues()(k) - off);
+      if (share > worst) {
+        worst = share;
+        axis = a;
+      }
+    }
+    axis = (axis.array().abs() < 1e-3).select(0.0, axis);
+    if (worst > 0.01)
+      report().warnings.push_back(fmt::format(
+          "the mesh is coarse: its flat shells have their mass at their nodes, which makes the moment of inertia about the axis "
+          "({:.2g}, {:.2g}, {:.2g}) through the centre of mass {:.2g} % too large; refine it across that axis",
+          axis.x(), axis.y(), axis.z(), 100.0 * worst));
   }
 
   // The damping that a free body's ratio leaves its lowest mode where the first interface is welded, told where it is another one.

@@ -118,6 +118,23 @@ def soft_shells():
         near(found, wanted, 8e-3 * wanted, f"thick plate of {kind}")
 
 
+def inertia():
+    """A strip of one row of shells has its mass at its edges: three times the moment of inertia about its axis, which is told."""
+    for rows, told_of in ((1, True), (16, False)):
+        n = 20
+        number = lambda i, j: 1 + i + (n + 1) * j
+        text = "*NODE\n" + "".join(f"{number(i, j)}, {i / n}, {0.1 * j / rows + 3}, 0\n" for j in range(rows + 1) for i in range(n + 1))
+        text += "*ELEMENT, TYPE=S4, ELSET=E\n"
+        for i, j in np.ndindex(n, rows):
+            text += f"{1 + i + n * j}, {number(i, j)}, {number(i + 1, j)}, {number(i + 1, j + 1)}, {number(i, j + 1)}\n"
+        text += f"*MATERIAL, NAME=M\n*ELASTIC\n{YOUNG}, .3\n*DENSITY\n{STEEL}\n*SHELL SECTION, ELSET=E, MATERIAL=M\n.001\n"
+        said = [w for w in reduced("strip.inp", text)["warnings"] if "moment of inertia" in w]
+        expect(bool(said) == told_of, f"a strip of {rows} rows: {said}")
+        if told_of:
+            share = float(said[0].split("centre of mass ")[1].split(" %")[0])
+            near(share, 200, 5, "the moment of inertia about the strip is too large by per cent")
+
+
 def bushes():
     """A mass on a spring that lies on arms between its grids."""
     length, mass, J, k, kr = 0.4, 3.0, 0.05, 2e5, 700.0
@@ -180,7 +197,7 @@ def handedness():
 
 with temporary_folder() as name:
     folder = pathlib.Path(name)
-    for case in (averaging, soft_shells, bushes, directions, handedness):
+    for case in (averaging, soft_shells, inertia, bushes, directions, handedness):
         case()
 
 finish()

@@ -258,7 +258,8 @@ TEST(FeElements, CurvedPanelOfFlatShells) {
     const VecX& found = report.frequencies;
     const double wanted[3] = {572.3, 854.8, 1273.5};
     for (int k = 0; k < 3; ++k) EXPECT_NEAR(found(k), wanted[k], 0.01 * wanted[k]) << parts;
-    EXPECT_TRUE(report.warnings.empty());
+    // Fourteen elements along it make its moments of inertia 1.02 % too large, which is told.
+    for (const std::string& warning : report.warnings) EXPECT_NE(warning.find("moment of inertia"), std::string::npos) << warning;
   }
 }
 
