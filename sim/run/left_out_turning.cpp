@@ -87,7 +87,10 @@ double LeftOut::turned_share(const Item& item, const Results& results) const {
     all = std::max(most, turning);
   }
   if (!(turning > 0.0) || !(all > 0.0)) return 0.0;
-  if (!free_) return has_forces() ? std::min(1.0, turning / all) : 0.0;
+  if (!free_) {
+    const bool driven = std::any_of(model_.parts.begin(), model_.parts.end(), [](const Part& p) { return p.joint.motion >= 0; });
+    return driven && has_forces() ? std::min(1.0, turning / all) : 0.0;
+  }
   double times = 0.0;
   for (const int b : item.bodies)
     for (const ResultBody& body : results.bodies)
