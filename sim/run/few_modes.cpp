@@ -16,8 +16,8 @@ namespace {
 // With so many more of them it is seen what the others leave out: bending shapes of a beam whose ends are alike move its middle by turns
 // only.
 constexpr int more_modes = 2;
-// A run with more modes at the run's own tolerance may take so many times the run's CPU time.
-constexpr double longer = 3.0;
+// A run with more modes may take so many times the CPU time of one that is short, CPU s, else check_price.
+constexpr double longer = 3.0, short_run = 4.0 * least_check;
 // Two runs are apart by their errors of time alone by no more than this, in estimated errors.
 constexpr double of_two_runs = 2.0;
 
@@ -182,7 +182,7 @@ void warn_of_few_modes(const Scene& scene, const SimulateOptions& options, const
   SimulateOptions again = beside_run(options, statistics);
   again.tolerance = run.tolerance;
   again.samples = run.samples;
-  const double price = run.samples == 0 ? longer : check_price;
+  const double price = statistics.work <= short_run ? longer : check_price;
   const double until = work_seconds() + std::max(2.0 * least_check, price * statistics.work);
   again.progress = [until](double) {
     if (work_seconds() > until) throw LongerThanAllowed{};
