@@ -163,7 +163,12 @@ void NastranReader::finish_shell(const NastranCard& c, const NastranCard& p, int
     model.axes.push_back(coordinates(c, deck.integer(c, angle)).directions(middle));
   } else {
     double area = 0.0;
-    const Mat3 Q = shell_axes(e.shape, X, e.id, area);
+    Mat3 Q;
+    try {
+      Q = shell_axes(e.shape, X, e.id, area);
+    } catch (const InputError& error) {
+      deck.fail(c, error.what());
+    }
     model.axes.push_back(Eigen::AngleAxisd(deck.real(c, angle) * std::numbers::pi / 180.0, Q.col(2)).toRotationMatrix() * Q);
   }
   e.axes = static_cast<int>(model.axes.size()) - 1;

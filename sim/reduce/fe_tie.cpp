@@ -4,6 +4,8 @@
 #include "sim/base/spatial.h"
 #include "sim/reduce/fe_elements.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>

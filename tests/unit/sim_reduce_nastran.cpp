@@ -205,6 +205,11 @@ TEST(ReduceNastran, AllFaultsAreNamed) {
   const std::string range = bulk_refusal(cantilever + "GRID,3,,1.,x,0.\nGRID,4,,1.,0.,0.\nSPC1,1,123456,1,THRU,4\n");
   EXPECT_NE(range.find(":6: GRID: field 5: a number is expected, found 'X'"), std::string::npos) << range;
   EXPECT_EQ(range.find("SPC1"), std::string::npos) << range;
+  // The axes of a layered shell whose first two grids are one.
+  const std::string flat = bulk_refusal(
+      "GRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\nGRID,3,,1.,1.,0.\nGRID,4,,0.,1.,0.\nCQUAD4,1,1,2,2,3,4,30.\n"
+      "PCOMP,1,,,,,,,SYM\n,8,.005,0.,YES\nMAT8,8,1.3+11,9.+9,.3,5.+9,5.+9,3.+9,1600.\n");
+  EXPECT_NE(flat.find(":5: CQUAD4: element 1 (4-node shell) is degenerate"), std::string::npos) << flat;
 }
 
 }  // namespace
