@@ -139,7 +139,8 @@ std::vector<int> InpResolver::nodes_of(const std::vector<InpElementRef>& element
   std::set<int> out;
   for (const InpElementRef& r : elements) {
     const InpElement& e = scope(r.space).elements[r.local];
-    for (int k = 0; k < e.type->nodes; ++k) out.insert(node_by_id(r.space, scope(r.space).connectivity[e.first + k]));
+    for (int k = 0; k < e.type->nodes; ++k)
+      if (const int node = node_by_id(r.space, scope(r.space).connectivity[e.first + k]); node >= 0) out.insert(node);
   }
   return {out.begin(), out.end()};
 }

@@ -71,8 +71,11 @@ void InpResolver::add_tie(int space, const InpTie& t) {
     const auto set = element_set(space, t.element_set);
     if (!set || set->size() != 1)
       fail(t.place, fmt::format("*DISTRIBUTING COUPLING: element set '{}' must have one DCOUP3D element", t.element_set));
-    spider.node = nodes_of(*set)[0];
+    const std::vector<int> reference = nodes_of(*set);
+    if (reference.empty()) return;  // its element is told of
+    spider.node = reference[0];
   } else {
+    if (nodes.empty()) fail(t.place, fmt::format("'{}' ties no nodes to its reference point", t.name));
     spider.node = t.reference.empty() ? add_reference(nodes) : one_node(space, t.reference, t.place);
   }
   if (t.radius >= 0.0)

@@ -47,8 +47,9 @@ for library in "${release[@]}"; do
   [[ -f $library ]] || { echo "$library is missing: build the preset release or clang first" >&2; exit 2; }
 done
 [[ $name != import ]] || release+=("$built/render/import/libflexframe_import.a")
-libraries=(-lmatio -lnetcdf -lzip -lpugixml -lxxhash -L/usr/lib/x86_64-linux-gnu/hdf5/serial -lhdf5 -ltomlplusplus -lassimp -ldeflate -lfmt
-  -lpthread -ldl)
+# Files compiled together (tests/run.sh) have instrumented ones among them, which come first and count.
+libraries=(-Wl,-z,muldefs -lmatio -lnetcdf -lzip -lpugixml -lxxhash -L/usr/lib/x86_64-linux-gnu/hdf5/serial -lhdf5 -ltomlplusplus
+  -lassimp -ldeflate -lfmt -lpthread -ldl)
 cache=()
 command -v ccache >/dev/null && cache=(ccache)
 

@@ -265,6 +265,9 @@ TEST(ReduceDecks, AllFaultsAreNamed) {
   EXPECT_EQ(text.find("surface 'A'"), std::string::npos) << text;
   // Behind a fault: constants that are not there.
   EXPECT_THROW(deck("*NODE\n1,0,0,x\n*MATERIAL,NAME=S\n*ELASTIC\n*DENSITY\n7850\n"), InputError);
+  // Ties of elements without nodes.
+  for (const char* tie : {"*RIGID BODY,ELSET=F\n", "*DISTRIBUTING COUPLING,ELSET=F\n1,1.\n"})
+    EXPECT_THROW(deck("*ELEMENT,TYPE=C3D4,ELSET=F\n1,1,2,3,4\n*SOLID SECTION,ELSET=F,MATERIAL=S\n" + std::string(tie)), InputError);
 }
 
 // The mean turn of four nodes about the axis that the last one's coordinates are: a rigid motion's own turn, and that of a twist.
