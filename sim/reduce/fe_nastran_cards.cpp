@@ -40,13 +40,14 @@ class CardReader {
  public:
   NastranDeck deck;
 
-  void read(const std::filesystem::path& path, int depth) {
+  // named_by: FILE:LINE of the INCLUDE that names it
+  void read(const std::filesystem::path& path, int depth, const std::string& named_by) {
     std::error_code error;
     std::ifstream in(path);
     if (!in || std::filesystem::is_directory(path, error)) {
       if (depth == 0) throw InputError(fmt::format("{}: cannot be opened", path.string()));
       deck.incomplete = true;
-      return complain(fmt::format("{}: cannot be opened (INCLUDE)", path.string()));
+      return complain(fmt::format("{}: INCLUDE: '{}' cannot be opened", named_by, path.string()));
     }
     const int file = static_cast<int>(deck.files.size());
     deck.files.push_back(path.string());
@@ -81,7 +82,8 @@ class CardReader {
         // Beside the file that names it, else beside the first.
         const std::filesystem::path beside = path.parent_path() / target,
                                     first = std::filesystem::path(deck.files[0]).parent_path() / target;
-        read(!std::filesystem::exists(beside, error) && std::filesystem::exists(first, error) ? first : beside, depth + 1);
+        read(!std::filesystem::exists(beside, error) && std::filesystem::exists(first, error) ? first : beside, depth + 1,
+             fmt::format("{}:{}", path.string(), number));
         continue;
       }
       if (words.starts_with("BEGIN") && words.find("BULK") != std::string::npos) {
@@ -249,7 +251,7 @@ std::vector<int> NastranDeck::components(const NastranCard& c, size_t field) con
 
 NastranDeck read_nastran_cards(const std::filesystem::path& path) {
   CardReader reader;
-  reader.read(path, 0);
+  reader.read(path, 0, path.string());
   return std::move(reader.deck);
 }
 

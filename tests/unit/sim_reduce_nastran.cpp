@@ -205,6 +205,8 @@ TEST(ReduceNastran, AllFaultsAreNamed) {
   const std::string range = bulk_refusal(cantilever + "GRID,3,,1.,x,0.\nGRID,4,,1.,0.,0.\nSPC1,1,123456,1,THRU,4\n");
   EXPECT_NE(range.find(":6: GRID: field 5: a number is expected, found 'X'"), std::string::npos) << range;
   EXPECT_EQ(range.find("SPC1"), std::string::npos) << range;
+  const std::string without = bulk_refusal(cantilever + "INCLUDE 'nowhere.bdf'\n");
+  EXPECT_TRUE(without.find("INCLUDE: '") != std::string::npos && without.find(".bdf:6: ") != std::string::npos) << without;
   // The axes of a layered shell whose first two grids are one.
   const std::string flat = bulk_refusal(
       "GRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\nGRID,3,,1.,1.,0.\nGRID,4,,0.,1.,0.\nCQUAD4,1,1,2,2,3,4,30.\n"
