@@ -50,6 +50,14 @@ done
 # Files compiled together (tests/run.sh) have instrumented ones among them, which come first and count.
 libraries=(-Wl,-z,muldefs -lmatio -lnetcdf -lzip -lpugixml -lxxhash -L/usr/lib/x86_64-linux-gnu/hdf5/serial -lhdf5 -ltomlplusplus
   -lassimp -ldeflate -lfmt -lpthread -ldl)
+# Results of other programs are converted by all that the program links.
+if [[ $name == import ]]; then
+  mapfile -t linked < <(awk '/^build flexframe:/ {found = 1} found && /LINK_LIBRARIES/ {print; exit}' "$built/build.ninja" | tr ' ' '\n' |
+    grep -E '^(/|-l)')
+  libraries+=("${linked[@]}")
+fi
+# Names of libraries that are loaded late (render/package/late.cmake).
+mapfile -t late < <(grep -oh -- '-DFLEXFRAME_[A-Z]*_FILE=[^ ]*' "$built/build.ninja" | tr -d '\\' | sort -u)
 cache=()
 command -v ccache >/dev/null && cache=(ccache)
 
@@ -63,7 +71,7 @@ if [[ ! -x $program || -n $(find sim interp render tests/fuzz \( -name '*.h' -o 
     [[ -f $object && $object -nt $file && -z $(find tests/fuzz sim interp render -name '*.h' -newer "$object" | head -n 1) ]] && continue
     "${cache[@]}" clang++ -std=c++20 -O1 -g1 -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=undefined \
       -I. -isystem /usr/include/eigen3 -isystem /usr/include/hdf5/serial -isystem /usr/include/stb -DFMT_SHARED \
-      -DTOML_HEADER_ONLY=0 -DTOML_SHARED_LIB=1 -c "$file" -o "$object"
+      -DTOML_HEADER_ONLY=0 -DTOML_SHARED_LIB=1 "${late[@]}" -c "$file" -o "$object"
   done
   clang++ -fsanitize=fuzzer,address,undefined "${objects[@]}" -Wl,--start-group "${release[@]}" -Wl,--end-group "${libraries[@]}" \
     -o "$program"
