@@ -109,7 +109,8 @@ void InpResolver::add_elements(int space) {
       if (!whole) complaints.guarded([&] { fail(e.place, fmt::format("element {}: node {} is not there", e.id, id)); });
       nodes.push_back(node);
     }
-    if (e.direction > 0 && node_by_id(space, e.direction) < 0)
+    const int direction = e.direction > 0 ? node_by_id(space, e.direction) : -1;
+    if (e.direction > 0 && direction < 0)
       complaints.guarded([&] { fail(e.place, fmt::format("element {}: node {} is not there", e.id, e.direction)); });
     s.first.push_back(static_cast<int>(model.elements.size()));
     const auto add = [&](std::vector<int> some) {
@@ -121,7 +122,7 @@ void InpResolver::add_elements(int space) {
       made.count = static_cast<int>(some.size());
       made.line = e.place.file == 0 ? e.place.line : 0;
       model.connectivity.insert(model.connectivity.end(), some.begin(), some.end());
-      if (e.direction > 0 && whole) beam_directions[static_cast<int>(model.elements.size())] = node_by_id(space, e.direction);
+      if (direction >= 0) beam_directions[static_cast<int>(model.elements.size())] = direction;
       if (type.shape == FeShape::lumped) kinds[static_cast<int>(model.elements.size())] = type.kind;
       model.elements.push_back(made);
     };

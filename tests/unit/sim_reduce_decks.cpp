@@ -265,6 +265,10 @@ TEST(ReduceDecks, AllFaultsAreNamed) {
   EXPECT_EQ(text.find("surface 'A'"), std::string::npos) << text;
   // Behind a fault: constants that are not there.
   EXPECT_THROW(deck("*NODE\n1,0,0,x\n*MATERIAL,NAME=S\n*ELASTIC\n*DENSITY\n7850\n"), InputError);
+  // A beam whose node of direction is not there.
+  EXPECT_THROW(deck("*NODE\n1,0,0,0\n2,1,0,0\n*ELEMENT,TYPE=B31,ELSET=F\n1,1,2,77\n*BEAM SECTION,ELSET=F,MATERIAL=S,SECTION=RECT\n.1,.1\n"
+                    "0,1,0\n*MATERIAL,NAME=S\n*ELASTIC\n2e11,.3\n*DENSITY\n7850\n"),
+               InputError);
   // Ties of elements without nodes.
   for (const char* tie : {"*RIGID BODY,ELSET=F\n", "*DISTRIBUTING COUPLING,ELSET=F\n1,1.\n"})
     EXPECT_THROW(deck("*ELEMENT,TYPE=C3D4,ELSET=F\n1,1,2,3,4\n*SOLID SECTION,ELSET=F,MATERIAL=S\n" + std::string(tie)), InputError);
