@@ -547,8 +547,8 @@ void tell_of_bare_spans(const Scene& scene, const std::vector<EffectState>& effe
     const int elements = beam->elements * (beam->model == BeamModel::mixed ? beam->volumes : 1);
     const std::string owner = fmt::format("body '{}'", def.name);
     const std::string text = fmt::format(
-        "between the ends of its {} element{} pictures show up to {:.2g} of its largest displacement too little, which loads "
-        "along it bend there; the ends are right; take elements = {}{}",
+        "between the ends of its {} element{} pictures lack up to {:.2g} of its largest displacement, by which loads along "
+        "it bend it there; the ends are right; take elements = {}{}",
         elements, elements == 1 ? "" : "s", share, static_cast<int>(std::ceil(elements * std::pow(share / enough, 0.25))),
         beam->model == BeamModel::mixed ? " in all volumes together" : "");
     if (pictures) notes.warn(owner, text);

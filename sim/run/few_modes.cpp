@@ -175,8 +175,8 @@ void warn_of_few_modes(const Scene& scene, const SimulateOptions& options, const
   }
   if (names.empty()) return;
   const auto not_measured = [&](const std::string& why) {
-    statistics.notes.tell("body " + names, fmt::format("whether the modes that are kept are enough was not measured{}; to do so, simulate "
-                                                       "with two more and compare, or ask for an accuracy",
+    statistics.notes.tell("body " + names, fmt::format("whether the modes that are kept are enough was not measured{}; to measure it, "
+                                                       "simulate with two more and compare, or ask for an accuracy",
                                                        why));
   };
   SimulateOptions again = beside_run(options, statistics);
@@ -205,7 +205,7 @@ void warn_of_few_modes(const Scene& scene, const SimulateOptions& options, const
       fmt::format("too few modes are kept: with {} more in each direction {} changes by {:.2g} of its range{}; take a larger "
                   "keep_modes, or leave it out",
                   more_modes, run.histories.columns[difference.column], difference.largest,
-                  clear ? "" : fmt::format(", of which time integration may bring {:.2g}", noise)));
+                  clear ? "" : fmt::format(", of which up to {:.2g} may be error of the time integration", noise)));
 }
 
 }  // namespace flexframe::sim

@@ -318,7 +318,7 @@ std::string read_driven_expression(const TableReader& reader, std::string_view k
     if (std::any_of(names.begin(), names.end(),
                     [number = number](const NameInText& name) { return number.substr(name.at, name.length) == "t"; }))
       reader.fail(key, fmt::format("is no expression of t: {}: the unit {} behind the whole counts for the whole, which is wanted in {}; "
-                                   "give a number of its own its unit in brackets, \"t*(2 {})\"",
+                                   "to give one number a unit write both in brackets, \"t*(2 {})\"",
                                    quote(value.text), quote(behind), unit ? unit : "plain numbers", behind));
     return fmt::format("{}", reader.number(key, any_number.in(unit)));
   }
