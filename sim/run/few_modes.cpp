@@ -1,9 +1,9 @@
 #include "sim/run/few_modes.h"
 
 #include "sim/base/eigen_solvers.h"
-#include "sim/base/work_clock.h"
 #include "sim/run/effect_report.h"
 #include "sim/run/second_run.h"
+#include "sim/run/work_budget.h"
 
 #include <fmt/format.h>
 
@@ -114,9 +114,6 @@ void pass_over_amplitudes(const Scene& scene, const std::vector<std::string>& co
   }
 }
 
-// A run beside a longer one that takes too long.
-struct LongerThanAllowed {};
-
 }  // namespace
 
 void warn_of_last_modes(const System& start, const Scene& scene, const SimulateOptions& options, const Histories& reference, double asked,
@@ -128,16 +125,13 @@ void warn_of_last_modes(const System& start, const Scene& scene, const SimulateO
   const std::string names = weigh_last_modes(scene, results, heavier);
   if (names.empty()) return;
   SimulateOptions again = beside_run(options, statistics);
-  const double until = work_seconds() + std::max(least_check, check_price * statistics.work);
-  again.progress = [until](double) {
-    if (work_seconds() > until) throw LongerThanAllowed{};
-  };
+  again.progress = give_up_after(std::max(least_check, check_price * statistics.work));
   Histories other;
   try {
     other = simulate_histories_from(heavier, scene, again);
   } catch (const SimulationError&) {
     return;
-  } catch (const LongerThanAllowed&) {
+  } catch (const BudgetSpent&) {
     statistics.notes.tell("body " + names,
                           "whether the modes of its file reach the frequencies of this motion was not measured, as that "
                           "takes longer than the run");
@@ -183,16 +177,13 @@ void warn_of_few_modes(const Scene& scene, const SimulateOptions& options, const
   again.tolerance = run.tolerance;
   again.samples = run.samples;
   const double price = statistics.work <= short_run ? longer : check_price;
-  const double until = work_seconds() + std::max(2.0 * least_check, price * statistics.work);
-  again.progress = [until](double) {
-    if (work_seconds() > until) throw LongerThanAllowed{};
-  };
+  again.progress = give_up_after(std::max(2.0 * least_check, price * statistics.work));
   Histories other;
   try {
     other = simulate_histories(richer, again);
   } catch (const SimulationError&) {
     return not_measured("");
-  } catch (const LongerThanAllowed&) {
+  } catch (const BudgetSpent&) {
     return not_measured(", as that takes longer than the run");
   }
   const Difference difference = compare_histories(run.histories, other, common_ranges(other, run.histories, run.deflection));

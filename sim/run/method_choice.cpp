@@ -67,23 +67,17 @@ bool has_spring(const Model& model) {
          std::any_of(model.loops.begin(), model.loops.end(), [](const LoopJoint& l) { return l.spring.has_value(); });
 }
 
+// Independent rates of all mechanisms.
+int independent_rates(const System& system) {
+  size_t rates = 0;
+  for (const ClusterWork& c : system.work.clusters) rates += c.partition.ind.size();
+  return static_cast<int>(rates);
+}
+
 // Whether vibrations are better followed to the end than stepped over: few rates, of bodies on prescribed motions or of mechanisms that
-// turn freely, whose loops shake the bodies anew in every turn. Not in open chains: what vibrations do to a free motion on the average is
-// second order, which the exponential method leaves out at all but tight tolerances (a cart with an elastic pole, let go: 150 tolerances
-// off at 1e-6, the Runge-Kutta method half a one), and where they have died away long steps are the cheaper ones (pendulums: to a tenth).
+// turn freely, whose loops shake the bodies anew in every turn.
 bool worth_following(const System& system) {
-  if (system.tolerance < followed_from || !why_not_exponential(system).empty()) return false;
-  const Model& model = system.model;
-  int rates = 0;
-  bool free_joints = false;
-  for (size_t c = 0; c < model.clusters.size(); ++c)
-    for (const int k : system.work.clusters[c].partition.ind) {
-      ++rates;
-      if (is_elastic(model, model.clusters[c].v0 + k)) continue;
-      if (model.clusters[c].loops.empty()) return false;
-      free_joints = true;
-    }
-  return linear_model_price(rates) <= most_evaluations_a_matrix * system.price && !(free_joints && has_spring(model));
+  return may_follow(system) && linear_model_price(independent_rates(system)) <= most_evaluations_a_matrix * system.price;
 }
 
 }  // namespace
@@ -92,6 +86,19 @@ std::string why_not_exponential(const System& system) {
   if (has_events(system)) return "dry friction, stops and contacts have events, which need to be located";
   if (!system.model.blocks.empty()) return "blocks have states of their own";
   return all_have_inertia(system.model) ? "" : "massless bodies need an equilibrium in every evaluation";
+}
+
+bool may_follow(const System& system) {
+  if (system.tolerance < followed_from || !why_not_exponential(system).empty()) return false;
+  const Model& model = system.model;
+  bool free_joints = false;
+  for (size_t c = 0; c < model.clusters.size(); ++c)
+    for (const int k : system.work.clusters[c].partition.ind) {
+      if (is_elastic(model, model.clusters[c].v0 + k)) continue;
+      if (model.clusters[c].loops.empty()) return false;
+      free_joints = true;
+    }
+  return !(free_joints && has_spring(model));
 }
 
 // Explicit steps are limited by stability to about one radian of the fastest elastic vibration. Up to 2000 such radians in the run

@@ -14,6 +14,7 @@
 #include "sim/run/left_out.h"
 #include "sim/run/left_ranges.h"
 #include "sim/run/lost_loops.h"
+#include "sim/run/method_choice.h"
 #include "sim/run/missing_stiffening.h"
 #include "sim/run/model_check.h"
 #include "sim/run/open_reactions.h"
@@ -22,6 +23,7 @@
 #include "sim/run/second_run.h"
 #include "sim/run/stop_springs.h"
 #include "sim/run/time_error.h"
+#include "sim/run/work_budget.h"
 #include "sim/start/make_system.h"
 #include "sim/start/statics.h"
 #include "sim/time/sample_state.h"
@@ -465,6 +467,46 @@ std::optional<Unjudged> repeated(const Results& first, const SimulateOptions& op
   }
 }
 
+// Steps over vibrations leave out what these do to forces and accelerations, and tighter ones leave out hardly less. Where nobody chose a
+// tolerance or a method, and that is too much, vibrations are followed, though a step then costs more than "auto" spends by itself. It has
+// to bring more than two estimates, each of which holds within a factor, may be apart.
+constexpr double much_less = 0.3;
+
+// none: they may not be followed, or that brings no more, takes longer than a check beside the run, or fails.
+std::optional<Unjudged> followed(const Scene& scene, const SimulateOptions& options, const Unjudged& run, Called& called) {
+  const SolverStatistics& before = run.results.statistics;
+  const bool chosen = chosen_tolerance(scene, options) || options.method.value_or(scene.simulation.method) != Method::automatic;
+  if (chosen || before.method != method_name(Method::dirk) || !(before.error_estimate > unasked_accuracy) || !run.alone.start ||
+      !may_follow(*run.alone.start))
+    return {};
+  SimulateOptions other = options;
+  other.method = Method::exponential;
+  other.progress = [&, in_time = give_up_after(std::max(2.0 * least_check, check_price * before.work))](double time) {
+    if (options.progress) options.progress(time);
+    in_time(time);
+  };
+  const Called kept = called;
+  try {
+    Unjudged again = simulate_as_called(other, called);
+    again.options.progress = options.progress;
+    estimate_time(again);
+    const SolverStatistics& now = again.results.statistics;
+    if (now.method == method_name(Method::exponential) && now.error_estimate >= 0.0 &&
+        now.error_estimate < much_less * before.error_estimate) {
+      again.notes().tell("", fmt::format("method exponential taken: with steps over the vibrations the estimated error of the time "
+                                         "integration was {:.2g} of the range of {}",
+                                         before.error_estimate, before.error_column));
+      return again;
+    }
+  } catch (const SimulationError&) {
+    // What cannot be followed is stepped over.
+  } catch (const BudgetSpent&) {
+    // So is what takes too long.
+  }
+  called = kept;
+  return {};
+}
+
 // What elastic bodies do in so few implicit steps is looked at once more, with steps for a tenth of the tolerance: it costs milliseconds,
 // and an estimate from a looser run, which takes fewer still, is worth little. Where that tells far more than the estimate, the tighter run
 // takes the place of one whose tolerance nobody chose; else its difference is the estimate. At a loose tolerance that is so of every method
@@ -526,6 +568,7 @@ Results run_scene(const Scene& scene, const SimulateOptions& options) {
     if (!again) break;
     run = std::move(*again);
   }
+  if (std::optional<Unjudged> again = followed(scene, once, run, called)) run = std::move(*again);
   judge(run, false);
   Results results = std::move(run.results);
   if (results.statistics.tolerance < first.tolerance)

@@ -1,11 +1,9 @@
 #include "sim/run/second_run.h"
 
-#include "sim/base/work_clock.h"
+#include "sim/run/work_budget.h"
 
 namespace flexframe::sim {
 namespace {
-
-struct BudgetSpent {};
 
 // After a quarter of its budget a run that would take half as much again as it may is given up: steps are not as long everywhere.
 bool takes_too_long(double taken, double done, double budget) {

@@ -17,6 +17,7 @@
 #include <numbers>
 #include <string>
 
+namespace test_animation {
 namespace {
 
 using namespace flexframe;
@@ -762,3 +763,5 @@ TEST(Plots, CurvesOfRunsHaveTheirColours) {
 }
 
 }  // namespace
+
+}  // namespace test_animation

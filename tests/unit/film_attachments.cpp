@@ -11,6 +11,7 @@
 
 #include <algorithm>
 
+namespace test_attachments {
 namespace {
 
 using namespace flexframe;
@@ -436,3 +437,5 @@ TEST(Channels, SixteenBitsBesideThePictures) {
 }
 
 }  // namespace
+
+}  // namespace test_attachments

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 
+namespace test_camera {
 namespace {
 
 using namespace flexframe;
@@ -141,3 +142,5 @@ insets = [{ at = "rod.middle", zoom = 5, size = 0.25, corner = "upper left", lab
 }
 
 }  // namespace
+
+}  // namespace test_camera

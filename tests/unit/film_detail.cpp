@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-namespace flexframe::film {
+namespace flexframe::film::test_detail {
 namespace {
 
 // A tube along x of 2 m, radius 0.1 m, about this many triangles.
@@ -141,4 +141,4 @@ TEST(Detail, OddMeshes) {
 }
 
 }  // namespace
-}  // namespace flexframe::film
+}  // namespace flexframe::film::test_detail

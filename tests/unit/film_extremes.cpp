@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-namespace flexframe::film {
+namespace flexframe::film::test_extremes {
 namespace {
 
 using Corners = std::array<std::array<double, 6>, 3>;
@@ -53,4 +53,4 @@ TEST(Extremes, LeastLengthWithinATriangle) {
 }
 
 }  // namespace
-}  // namespace flexframe::film
+}  // namespace flexframe::film::test_extremes

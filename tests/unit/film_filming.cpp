@@ -16,6 +16,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+namespace test_filming {
 namespace {
 
 using namespace flexframe;
@@ -210,3 +211,5 @@ TEST_F(Filming, VideoHasEveryPicture) {
 }
 
 }  // namespace
+
+}  // namespace test_filming

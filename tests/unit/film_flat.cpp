@@ -8,7 +8,7 @@
 #include <set>
 #include <string>
 
-namespace flexframe::film {
+namespace flexframe::film::test_flat {
 namespace {
 
 TEST(FlatTicks, NumbersAreThoseOfTheirPlaces) {
@@ -39,4 +39,4 @@ TEST(FlatTicks, WordsAreShort) {
 }
 
 }  // namespace
-}  // namespace flexframe::film
+}  // namespace flexframe::film::test_flat

@@ -13,6 +13,7 @@
 #include <functional>
 #include <ostream>
 
+namespace test_golden {
 namespace {
 
 using namespace flexframe;
@@ -157,3 +158,5 @@ TEST(GoldenFilm, ContactSheet) {
 }
 
 }  // namespace
+
+}  // namespace test_golden

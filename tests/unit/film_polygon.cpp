@@ -6,6 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 
+namespace test_polygon {
 namespace {
 
 using flexframe::film::Loop;
@@ -67,3 +68,5 @@ TEST(Polygon, RefusesWhatIsNone) {
 }
 
 }  // namespace
+
+}  // namespace test_polygon

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+namespace test_settings {
 namespace {
 
 using namespace flexframe;
@@ -177,3 +178,5 @@ TEST(RenderSettings, OptionsOfTheProgram) {
 }
 
 }  // namespace
+
+}  // namespace test_settings

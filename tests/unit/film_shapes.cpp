@@ -13,6 +13,7 @@
 #include <optional>
 #include <span>
 
+namespace test_shapes {
 namespace {
 
 using namespace flexframe;
@@ -173,3 +174,5 @@ TEST(Shapes, NodesWithoutMeshAreJoined) {
 }
 
 }  // namespace
+
+}  // namespace test_shapes

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace flexframe {
+namespace flexframe::test_video {
 namespace {
 
 namespace fs = std::filesystem;
@@ -89,4 +89,4 @@ TEST(Video, TransparentPicturesOfOddSize) {
 }
 
 }  // namespace
-}  // namespace flexframe
+}  // namespace flexframe::test_video

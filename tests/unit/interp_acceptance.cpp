@@ -18,7 +18,7 @@
 #include <numeric>
 #include <random>
 
-namespace flexframe {
+namespace flexframe::test_acceptance {
 namespace {
 
 using namespace interp;
@@ -686,4 +686,4 @@ TEST(InterpFields, PrincipalStresses) {
 }
 
 }  // namespace
-}  // namespace flexframe
+}  // namespace flexframe::test_acceptance

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace flexframe {
+namespace flexframe::test_beam {
 namespace {
 
 using namespace interp;
@@ -287,4 +287,4 @@ TEST(InterpBeam, ThickPlateMidSurface) {
 }
 
 }  // namespace
-}  // namespace flexframe
+}  // namespace flexframe::test_beam

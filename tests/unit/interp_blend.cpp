@@ -10,7 +10,7 @@
 #include <cmath>
 #include <vector>
 
-namespace flexframe {
+namespace flexframe::test_blend {
 namespace {
 
 using namespace interp;
@@ -87,4 +87,4 @@ TEST(InterpBlend, TurnsExactlyAndTellsItsError) {
 }
 
 }  // namespace
-}  // namespace flexframe
+}  // namespace flexframe::test_blend

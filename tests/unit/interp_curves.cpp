@@ -7,7 +7,7 @@
 
 #include <functional>
 
-namespace flexframe {
+namespace flexframe::test_curves {
 namespace {
 
 using namespace interp;
@@ -246,4 +246,4 @@ TEST(InterpCurves, LinesAcrossABodyAreNoLinesAlongIt) {
 }
 
 }  // namespace
-}  // namespace flexframe
+}  // namespace flexframe::test_curves

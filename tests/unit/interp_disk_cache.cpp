@@ -8,7 +8,7 @@
 #include <set>
 #include <string>
 
-namespace flexframe::interp {
+namespace flexframe::interp::test_disk_cache {
 namespace {
 
 namespace fs = std::filesystem;
@@ -44,4 +44,4 @@ TEST(InterpDiskCache, WhatWasNotUsedForLongestGoesFirst) {
 }
 
 }  // namespace
-}  // namespace flexframe::interp
+}  // namespace flexframe::interp::test_disk_cache

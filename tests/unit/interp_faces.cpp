@@ -11,7 +11,7 @@
 #include <functional>
 #include <random>
 
-namespace flexframe {
+namespace flexframe::test_faces {
 namespace {
 
 using namespace interp;
@@ -272,4 +272,4 @@ TEST(InterpErrorBar, OfTheWholeBody) {
 }
 
 }  // namespace
-}  // namespace flexframe
+}  // namespace flexframe::test_faces

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace flexframe {
+namespace flexframe::test_products {
 namespace {
 
 using namespace interp;
@@ -52,4 +52,4 @@ TEST(InterpProducts, SumsAreThoseOfDouble) {
 }
 
 }  // namespace
-}  // namespace flexframe
+}  // namespace flexframe::test_products

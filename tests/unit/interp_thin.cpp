@@ -6,7 +6,7 @@
 
 #include <random>
 
-namespace flexframe {
+namespace flexframe::test_thin {
 namespace {
 
 using namespace interp;
@@ -277,4 +277,4 @@ TEST(InterpThin, BadFacesChangeNothing) {
 }
 
 }  // namespace
-}  // namespace flexframe
+}  // namespace flexframe::test_thin

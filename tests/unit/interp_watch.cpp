@@ -8,7 +8,7 @@
 #include <chrono>
 #include <thread>
 
-namespace flexframe::interp {
+namespace flexframe::interp::test_watch {
 namespace {
 
 struct Stop {};
@@ -129,4 +129,4 @@ TEST(InterpWatch, MapsAreGivenUpOrTheSame) {
 }
 
 }  // namespace
-}  // namespace flexframe::interp
+}  // namespace flexframe::interp::test_watch

@@ -18,7 +18,7 @@ namespace flexframe::sim {
 
 inline constexpr double pi = std::numbers::pi;
 
-inline Results run(const std::string& text, double tolerance, std::optional<Method> method = {}) {
+inline Results run(const std::string& text, double tolerance = 1e-6, std::optional<Method> method = {}) {
   SimulateOptions options;
   options.tolerance = tolerance;
   options.method = method;

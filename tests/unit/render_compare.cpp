@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-namespace flexframe::render {
+namespace flexframe::render::test_compare {
 namespace {
 
 constexpr int width = 640, height = 360;  // 230400 pixels: 0.005 % are eleven
@@ -296,4 +296,4 @@ TEST(Compare, IgnoredPixelsCountNowhere) {
 }
 
 }  // namespace
-}  // namespace flexframe::render
+}  // namespace flexframe::render::test_compare

@@ -19,7 +19,7 @@
 #include <cstdlib>
 #include <filesystem>
 
-namespace flexframe::render {
+namespace flexframe::render::test_draw {
 namespace {
 
 // The scene of the determinism tests: everything at once.
@@ -590,4 +590,4 @@ TEST(Draw, AForkAfterTheFirstRendererSaysSo) {
 }
 
 }  // namespace
-}  // namespace flexframe::render
+}  // namespace flexframe::render::test_draw

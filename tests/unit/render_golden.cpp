@@ -7,7 +7,7 @@
 
 #include <glm/gtc/matrix_transform.hpp>
 
-namespace flexframe::render {
+namespace flexframe::render::test_golden {
 namespace {
 
 Renderer& renderer() {
@@ -231,4 +231,4 @@ TEST(Golden, OverlayBelowAndBesideLightAndDark) {
 }
 
 }  // namespace
-}  // namespace flexframe::render
+}  // namespace flexframe::render::test_golden

@@ -10,7 +10,7 @@
 #include <fstream>
 #include <random>
 
-namespace flexframe::render {
+namespace flexframe::render::test_image {
 namespace {
 
 namespace fs = std::filesystem;
@@ -161,4 +161,4 @@ TEST(Compare, MeasuresAtTheirEnds) {
 }
 
 }  // namespace
-}  // namespace flexframe::render
+}  // namespace flexframe::render::test_image

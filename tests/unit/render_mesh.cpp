@@ -15,7 +15,7 @@
 #include <set>
 #include <utility>
 
-namespace flexframe::render {
+namespace flexframe::render::test_mesh {
 namespace {
 
 namespace fs = std::filesystem;
@@ -409,4 +409,4 @@ TEST_F(RenderMesh, WritesWhatItReads) {
 }
 
 }  // namespace
-}  // namespace flexframe::render
+}  // namespace flexframe::render::test_mesh

@@ -17,7 +17,7 @@
 #include <random>
 #include <vector>
 
-namespace flexframe::render {
+namespace flexframe::render::test_picture {
 namespace {
 
 std::vector<glm::dvec3> cloud(unsigned seed, double scale, const glm::dvec3& offset) {
@@ -589,4 +589,4 @@ TEST(Colors, CategoriesCanBeToldApartByEveryEye) {
 }
 
 }  // namespace
-}  // namespace flexframe::render
+}  // namespace flexframe::render::test_picture

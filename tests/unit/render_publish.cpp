@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-namespace flexframe::render {
+namespace flexframe::render::test_publish {
 namespace {
 
 // Objects of a PDF by their number, found by its table as a reader does.
@@ -165,4 +165,4 @@ TEST(Labels, LeaderToWhatIsHiddenEndsInARing) {
 }
 
 }  // namespace
-}  // namespace flexframe::render
+}  // namespace flexframe::render::test_publish

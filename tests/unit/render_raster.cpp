@@ -14,7 +14,7 @@
 #include <limits>
 #include <random>
 
-namespace flexframe::render {
+namespace flexframe::render::test_raster {
 namespace {
 
 std::array<std::int64_t, 2> fixed(const glm::vec3& p) { return {std::llround(256.0 * p.x - 128.0), std::llround(256.0 * p.y - 128.0)}; }
@@ -232,4 +232,4 @@ TEST(Raster, ViewersAmongTheThingsAgreeWithOpenGl) {
 }
 
 }  // namespace
-}  // namespace flexframe::render
+}  // namespace flexframe::render::test_raster

@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-namespace flexframe::render {
+namespace flexframe::render::test_shadow {
 namespace {
 
 ShadowMap drawn(const Surface& s, const LightFrame& light) {
@@ -102,4 +102,4 @@ TEST(CasterDepth, ASphereIsNearestAsItsFormulaSays) {
 }
 
 }  // namespace
-}  // namespace flexframe::render
+}  // namespace flexframe::render::test_shadow

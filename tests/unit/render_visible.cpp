@@ -10,7 +10,7 @@
 #include <limits>
 #include <random>
 
-namespace flexframe::render {
+namespace flexframe::render::test_visible {
 namespace {
 
 // Whether the centre of a sample lies in the triangle or within `off` of it.
@@ -91,4 +91,4 @@ TEST(Visible, VerticesBehindTheViewerOrNowhereStay) {
 }
 
 }  // namespace
-}  // namespace flexframe::render
+}  // namespace flexframe::render::test_visible

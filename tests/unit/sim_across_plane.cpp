@@ -14,7 +14,7 @@
 #include <cstdio>
 #include <numbers>
 
-using namespace flexframe::sim;
+namespace flexframe::sim::test_across_plane {
 
 namespace {
 
@@ -135,3 +135,5 @@ TEST(AcrossPlane, IsJudgedWhereItRestsWithoutASearch) {
   }
   EXPECT_TRUE(warned(console(thin, "torque", "[0, 0, 1]", bend, "model = \"mixed\"\nvolumes = 20")));
 }
+
+}  // namespace flexframe::sim::test_across_plane

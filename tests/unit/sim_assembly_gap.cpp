@@ -9,7 +9,7 @@
 #include <array>
 #include <map>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_assembly_gap {
 namespace {
 
 const std::vector<Method> methods = {Method::dirk, Method::erk, Method::adams, Method::bdf, Method::ida, Method::exponential};
@@ -211,4 +211,4 @@ TEST(AssemblyGap, AStaticStartStaysInItsAssembly) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_assembly_gap

@@ -11,7 +11,7 @@
 
 #include <random>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_axis_mass {
 namespace {
 
 constexpr BeamEffects kAll = {.axial = true, .bending_xy = true, .bending_xz = true, .torsion = true, .stiffening = true};
@@ -258,4 +258,4 @@ TEST(AxisMass, ExistsOnlyWhereBendingMeetsTwist) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_axis_mass

@@ -13,7 +13,7 @@
 #include <cmath>
 #include <random>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_beam_body {
 namespace {
 
 constexpr std::array<Boundary, 6> kBoundaries = {Boundary::clamped_free, Boundary::supported_supported, Boundary::supported_free,
@@ -448,4 +448,4 @@ TEST(BeamBody, SecondOrderInFewCoordinatesIsThatOfAll) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_beam_body

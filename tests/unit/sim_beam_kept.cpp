@@ -12,7 +12,7 @@
 #include <cmath>
 #include <random>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_beam_kept {
 namespace {
 
 struct Case {
@@ -424,4 +424,4 @@ TEST(BeamKept, DampingIsThatOfTheBoundarysModes) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_beam_kept

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_beam_static {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -187,4 +187,4 @@ TEST(BeamStatic, PrincetonBeam) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_beam_static

@@ -12,7 +12,7 @@
 #include <ctime>
 #include <numbers>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_beam_tables {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -172,4 +172,4 @@ TEST(BeamTables, CostOfMaking) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_beam_tables

@@ -10,7 +10,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_beam_theory {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -352,4 +352,4 @@ TEST(BeamTheory, SixtyModesKeepEveryTermFinite) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_beam_theory

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_beam_volumes {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -287,4 +287,4 @@ TEST(BeamVolumes, ManyElementsInManyVolumesAreFewer) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_beam_volumes

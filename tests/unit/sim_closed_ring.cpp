@@ -8,7 +8,7 @@
 #include <set>
 #include <string>
 
-using namespace flexframe::sim;
+namespace flexframe::sim::test_closed_ring {
 
 namespace {
 
@@ -55,3 +55,5 @@ TEST(ClosedRing, EqualCurvesAreOne) {
   EXPECT_EQ(scene.joints[0].curve, scene.joints[1].curve);
   EXPECT_NE(scene.joints[1].curve, scene.joints[2].curve);
 }
+
+}  // namespace flexframe::sim::test_closed_ring

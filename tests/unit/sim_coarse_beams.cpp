@@ -6,7 +6,7 @@
 #include <cmath>
 #include <string>
 
-using namespace flexframe::sim;
+namespace flexframe::sim::test_coarse_beams {
 
 namespace {
 
@@ -85,3 +85,5 @@ quantity = "position"
     EXPECT_TRUE(!volumes.empty() || error < 0.01) << error;
   }
 }
+
+}  // namespace flexframe::sim::test_coarse_beams

@@ -5,7 +5,7 @@
 
 #include <complex>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_complex_modes {
 namespace {
 
 using Long = std::complex<long double>;
@@ -50,4 +50,4 @@ TEST(ComplexModes, SlowVibrationsKeepTheirDampingBesideFastOnes) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_complex_modes

@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_curve {
 namespace {
 
 // Points around a circle or along a wave, some stretches a hundred times as long as others.
@@ -48,4 +48,4 @@ TEST(Curve, NearestAndFarthestPlacesAreThoseOfTheWholeCurve) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_curve

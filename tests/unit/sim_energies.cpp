@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_energies {
 namespace {
 
 std::string ball(double duration, const std::string& guide, const std::string& force) {
@@ -117,4 +117,4 @@ TEST(Energies, WhatDoesNotBalanceIsToldOf) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_energies

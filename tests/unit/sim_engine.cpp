@@ -1,5 +1,6 @@
 // The engine through whole scenes: checkpoints of rigorous solutions (sim/REFERENCES.md), conserved quantities, loops, starts that cannot
 // be closed.
+#include "mechanism_text.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/simulate.h"
 #include "sim/start/linearise.h"
@@ -10,22 +11,8 @@
 
 #include <cmath>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_engine {
 namespace {
-
-Results run(const std::string& text, double tolerance = 1e-6, std::optional<Method> method = {}) {
-  SimulateOptions options;
-  options.tolerance = tolerance;
-  options.method = method;
-  options.estimate_error = false;
-  return simulate(parse_scene(text, "test.toml"), options);
-}
-
-const VecX& column(const Results& r, const std::string& name) {
-  for (const ResultOutput& o : r.outputs)
-    if (o.column == name) return o.values;
-  throw std::runtime_error("no column " + name);
-}
 
 double at(const Results& r, const std::string& name, double t) {
   Eigen::Index row = 0;
@@ -277,4 +264,4 @@ TEST(Engine, MethodsAgree) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_engine

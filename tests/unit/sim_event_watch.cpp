@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-using namespace flexframe::sim;
+namespace flexframe::sim::test_event_watch {
 
 namespace {
 
@@ -131,3 +131,5 @@ TEST(EventWatch, AStepThatEndsLowIsLookedInto) {
   const std::vector<Piece> pieces = {{0.0, 1.0}, {1.0, 1.0}, {2.0, 1.0, 2.0, -1.0, 3.0}};
   EXPECT_TRUE(follow(pieces, 0).found);
 }
+
+}  // namespace flexframe::sim::test_event_watch

@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_exponential {
 namespace {
 
 Scene example(const std::string& name) { return read_scene(std::string(FLEXFRAME_SOURCE_DIR) + "/examples/" + name + ".toml"); }
@@ -366,4 +366,4 @@ friction = { coefficient = 0.3, normal_force = 10 }
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_exponential

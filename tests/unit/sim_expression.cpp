@@ -11,7 +11,7 @@
 #include <fmt/format.h>
 #include <muParser.h>
 
-using namespace flexframe::sim;
+namespace flexframe::sim::test_expression {
 
 namespace {
 
@@ -586,3 +586,5 @@ TEST(ExpressionReadings, TimesBesideTheState) {
   e.hold(1.0, &on);
   EXPECT_EQ(e.value(1.0, &on), 1.0);
 }
+
+}  // namespace flexframe::sim::test_expression

@@ -13,7 +13,7 @@
 
 #include <cmath>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_few_rates {
 namespace {
 
 // A state that moves and is deformed, near the start.
@@ -181,4 +181,4 @@ effects = ["bending_xy", "axial"]
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_few_rates

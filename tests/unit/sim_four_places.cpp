@@ -10,7 +10,7 @@
 
 #include <cmath>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_four_places {
 namespace {
 
 std::string elastic(const std::string& name, double length, const std::string& effects = "\"bending_xy\", \"stiffening\"") {
@@ -115,4 +115,4 @@ TEST(FourPlaces, WhatElseClosesLoopsIsPlacedOneByOne) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_four_places

@@ -14,7 +14,7 @@
 #include <limits>
 #include <random>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_free_motion {
 namespace {
 
 struct Random {
@@ -279,4 +279,4 @@ TEST(Exponential, StatesWithinAStepJoinItsEnds) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_free_motion

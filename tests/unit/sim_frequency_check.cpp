@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_frequency_check {
 namespace {
 
 // A beam between two hinges, 1 m long: frequencies of shape n are known with shear and rotary inertia too.
@@ -164,4 +164,4 @@ TEST(FrequencyCheck, LargeModelsAreJudgedByFewShapes) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_frequency_check

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <iterator>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_friction {
 namespace {
 
 std::string head(double duration, const std::string& gravity, double rate = 100) {
@@ -608,4 +608,4 @@ TEST(Friction, MethodsAgreeOnSlipFromRest) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_friction

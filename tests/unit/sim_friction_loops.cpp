@@ -11,7 +11,7 @@
 #include <array>
 #include <cmath>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_friction_loops {
 namespace {
 
 constexpr double R = 0.1, L = 0.3, crank_inertia = 0.0125, rod_mass = 0.5, rod_inertia = 0.5 * 0.09 / 12, piston = 0.8;
@@ -303,4 +303,4 @@ TEST(Stops, IsNotFlownThrough) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_friction_loops

@@ -7,7 +7,7 @@
 
 #include <random>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_function_scan {
 namespace {
 
 // Bounds hold at random times inside random boxes: against the derivatives that the expression itself gives.
@@ -149,4 +149,4 @@ TEST(FunctionScan, DrivesTablesAndDistributedLoads) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_function_scan

@@ -7,7 +7,7 @@
 
 #include <algorithm>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_held_lengths {
 namespace {
 
 constexpr double E = 2.1e11, rho = 7800.0, width = 0.02, height = 0.002, A = width * height, I = width * height * height * height / 12.0;
@@ -149,4 +149,4 @@ TEST(HeldLengths, SwingKeepsEnergyAndClosure) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_held_lengths

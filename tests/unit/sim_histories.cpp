@@ -11,7 +11,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_histories {
 namespace {
 
 Histories example() {
@@ -406,4 +406,4 @@ TEST(Effects, StiffeningOfThePendulumIsFoundWhenLeftOut) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_histories

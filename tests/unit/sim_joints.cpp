@@ -12,7 +12,7 @@
 #include <algorithm>
 #include <random>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_joints {
 namespace {
 
 // Every kind of which coordinates describe the motion and which a scene may name, as the table of kinds lists them.
@@ -289,4 +289,4 @@ std::string name_of(const testing::TestParamInfo<JointTraits>& p) {
 INSTANTIATE_TEST_SUITE_P(Kinds, EveryJoint, testing::ValuesIn(tree_kinds()), name_of);
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_joints

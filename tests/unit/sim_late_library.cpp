@@ -7,7 +7,7 @@
 
 #include <cmath>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_late_library {
 namespace {
 
 std::string message_of(auto&& call) {
@@ -34,4 +34,4 @@ TEST(LateLibrary, SaysWhatIsMissingAndWhatForItIsNeeded) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_late_library

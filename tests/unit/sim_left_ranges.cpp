@@ -10,7 +10,7 @@
 
 #include <fmt/format.h>
 
-using namespace flexframe::sim;
+namespace flexframe::sim::test_left_ranges {
 
 TEST(LeftRanges, SpringsOfBallsBeyondHalfATurnAreTold) {
   for (const std::string kind : {"spherical", "free"})
@@ -44,3 +44,5 @@ quantity = "angular_velocity"
       EXPECT_EQ(told, rate > 3.2) << kind << " " << rate;
     }
 }
+
+}  // namespace flexframe::sim::test_left_ranges

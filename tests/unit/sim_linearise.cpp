@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_linearise {
 namespace {
 
 Linearisation modes_of(const std::string& scene) { return linearise(make_system(parse_scene(scene, "modes.toml"))); }
@@ -367,4 +367,4 @@ TEST(Linearise, SwingingStart) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_linearise

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_load_path_check {
 namespace {
 
 // Load = sin(s) over a place that goes from 0 to 4 m, moved by so many metres and times so much load; a force without any size.
@@ -50,4 +50,4 @@ TEST(LoadPathCheck, StatesBeyondAnEarlyEndAreNotCompared) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_load_path_check

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_loops {
 namespace {
 
 // Four-bar of unit rods on a base of 1 m; `more` per joint, in the order of `order`.
@@ -225,4 +225,4 @@ TEST(Loops, GivenValuesMustFit) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_loops

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_massless {
 namespace {
 
 std::string body(const std::string& name, double mass, const std::string& more = "") {
@@ -236,4 +236,4 @@ TEST(Massless, RefusesWhatNothingDetermines) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_massless

@@ -7,7 +7,7 @@
 
 #include <thread>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_mechanisms {
 namespace {
 
 // Andrews' squeezer, IVP Test Set (Mazzia, Magherini 2008): seven bodies, three loops, 0.03 s; published end angles.
@@ -369,4 +369,4 @@ TEST(Bodies, KeptOnesAreThoseOfTheScene) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_mechanisms

@@ -11,7 +11,7 @@
 #include <numbers>
 #include <regex>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_model_check {
 namespace {
 
 // A strip of spring steel, 1 m x 20 mm x 2 mm, clamped, straight and at rest, let go under a weight of g: EI = 2.8 N m^2, 0.312 kg/m.
@@ -242,4 +242,4 @@ TEST(KeepModes, WeightAndSpreadLoadsBendAsStaticsSay) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_model_check

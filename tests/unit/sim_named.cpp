@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-using namespace flexframe::sim;
+namespace flexframe::sim::test_named {
 
 namespace {
 
@@ -63,3 +63,5 @@ TEST(Named, ManyTakeNoLongerEach) {
   EXPECT_EQ(sum, static_cast<long>(count) * (count - 1) / 2);
   EXPECT_LT(flexframe::test::process_seconds() - start, 0.5);
 }
+
+}  // namespace flexframe::sim::test_named

@@ -8,7 +8,7 @@
 
 #include <numeric>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_node_motion {
 namespace {
 
 BeamDef beam_def() {
@@ -96,4 +96,4 @@ TEST(NodeMotion, RigidPartsMoveAsTheyAreShown) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_node_motion

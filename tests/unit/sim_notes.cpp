@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_notes {
 namespace {
 
 TEST(Notes, EqualTextsOfSeveralOwnersAreOneLine) {
@@ -31,4 +31,4 @@ TEST(Notes, SeverityIsNoPartOfTheText) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_notes

@@ -13,7 +13,7 @@
 #include <numeric>
 #include <random>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_planar {
 namespace {
 
 System system_of(const std::string& text) { return make_system(parse_scene(text, "test.toml")); }
@@ -485,4 +485,4 @@ TEST(NewtonMatrix, OfABeamThatBendsFar) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_planar

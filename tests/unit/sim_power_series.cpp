@@ -7,7 +7,7 @@
 #include <limits>
 #include <random>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_power_series {
 namespace {
 
 constexpr int most = 64;
@@ -98,4 +98,4 @@ TEST(PowerSeries, TellsWhatDoesNotConverge) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_power_series

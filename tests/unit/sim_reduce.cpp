@@ -16,7 +16,7 @@
 #include <numbers>
 #include <random>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_reduce {
 namespace {
 
 namespace fs = std::filesystem;
@@ -626,4 +626,4 @@ TEST(Reduce, RefusalsSayWhy) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_reduce

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_reduce_cards {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -252,4 +252,4 @@ TEST(ReduceCards, ContactPairs) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_reduce_cards

@@ -13,7 +13,7 @@
 #include <functional>
 #include <numbers>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_reduce_decks {
 namespace {
 
 FeModel deck(const std::string& text, const char* name = "deck.inp") {
@@ -370,4 +370,4 @@ TEST(ReduceDecks, ContradictingUnits) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_reduce_decks

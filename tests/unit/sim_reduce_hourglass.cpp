@@ -9,7 +9,7 @@
 #include <array>
 #include <map>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_reduce_hourglass {
 namespace {
 
 // A steel bar of 3 x 1 x 1 bricks of 20 nodes, 0.8 x 0.06 x 0.04 m, held at x = 0; with a mass of 2 kg at one corner of its end, held there
@@ -66,4 +66,4 @@ TEST(ReduceHourglass, ToldWhereSingleNodesSetThemOff) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_reduce_hourglass

@@ -13,7 +13,7 @@
 #include <numbers>
 #include <set>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_reduce_mesh {
 namespace {
 
 FeMaterial steel() { return {"steel", 2.1e11, 0.3, 7850.0}; }
@@ -264,4 +264,4 @@ TEST(FeElements, CurvedPanelOfFlatShells) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_reduce_mesh

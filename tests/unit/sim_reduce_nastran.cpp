@@ -11,7 +11,7 @@
 #include <functional>
 #include <numbers>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_reduce_nastran {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -215,4 +215,4 @@ TEST(ReduceNastran, AllFaultsAreNamed) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_reduce_nastran

@@ -12,7 +12,7 @@
 #include <filesystem>
 #include <numbers>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_reduce_readers {
 namespace {
 
 namespace fs = std::filesystem;
@@ -340,4 +340,4 @@ TEST(ReduceReaders, MatrixRefusals) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_reduce_readers

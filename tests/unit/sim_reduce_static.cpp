@@ -21,7 +21,7 @@
 #include <utility>
 #include <vector>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_reduce_static {
 namespace {
 
 namespace fs = std::filesystem;
@@ -261,4 +261,4 @@ TEST(ReduceStatic, StiffeningByInertiaWithoutInterfaces) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_reduce_static

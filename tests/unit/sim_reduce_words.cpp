@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_reduce_words {
 namespace {
 
 FeModel deck(const std::string& text, const std::string& other = "") {
@@ -232,4 +232,4 @@ TEST(ReduceWords, DampingOfFreeBodiesIsTold) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_reduce_words

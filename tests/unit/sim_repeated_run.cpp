@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-using namespace flexframe::sim;
+namespace flexframe::sim::test_repeated_run {
 
 namespace {
 
@@ -119,3 +119,5 @@ TEST(RepeatedRun, LooseTolerancesAreLookedAtAgain) {
         << tolerance << ": " << error;
   }
 }
+
+}  // namespace flexframe::sim::test_repeated_run

@@ -22,7 +22,7 @@
 
 #include <fmt/format.h>
 
-using namespace flexframe::sim;
+namespace flexframe::sim::test_results {
 
 namespace {
 
@@ -528,3 +528,5 @@ motion = "3*t + sin(5*t)"
     EXPECT_EQ(r.joints[0].value.cols(), 0);
   }
 }
+
+}  // namespace flexframe::sim::test_results

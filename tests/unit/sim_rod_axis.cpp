@@ -17,7 +17,7 @@
 
 #include <random>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_rod_axis {
 namespace {
 
 constexpr int intervals = 240;
@@ -306,4 +306,4 @@ TEST(RodAxis, NarrowBeamsThatMayTipOverAreTold) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_rod_axis

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <functional>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_sampled_remainder {
 namespace {
 
 MatX sampled(Eigen::Index places, const std::function<double(double)>& value) {
@@ -59,4 +59,4 @@ TEST(SampledRemainder, ShakesVibrations) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_sampled_remainder

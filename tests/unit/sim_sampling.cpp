@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_sampling {
 namespace {
 
 // A body of two coordinates over 0.1 s, 401 samples: one stands at 0.01, the other swings by `swing` at `frequency` (Hz).
@@ -36,4 +36,4 @@ TEST(Sampling, TellsAVibrationThatIsTooFast) {
 TEST(Sampling, RoundingOfWhatRestsIsNoVibration) { EXPECT_FALSE(faster_than_samples(vibrating(1e-16, 3100.0)).has_value()); }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_sampling

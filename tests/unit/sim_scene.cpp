@@ -11,7 +11,7 @@
 
 #include <fmt/format.h>
 
-using namespace flexframe::sim;
+namespace flexframe::sim::test_scene {
 
 namespace {
 
@@ -613,3 +613,5 @@ TEST(Words, Distance) {
   EXPECT_EQ(how_many(0, "modes"), "0 modes");
   EXPECT_EQ(how_many(12, "elements"), "12 elements");
 }
+
+}  // namespace flexframe::sim::test_scene

@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-using namespace flexframe::sim;
+namespace flexframe::sim::test_section {
 
 namespace {
 
@@ -284,3 +284,5 @@ TEST(Section, WrongSizes) {
   EXPECT_NE(message_of("circle", {{"diameter", 1e-100}}).find("too large or too small"), std::string::npos);
   for (const std::string& shape : section_shapes()) EXPECT_FALSE(section_sizes(shape).empty()) << shape;
 }
+
+}  // namespace flexframe::sim::test_section

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_section_forces {
 namespace {
 
 // Right beside the joint that alone holds a beam the section carries the joint's reaction, whatever the motion. Along the axis that is of
@@ -49,4 +49,4 @@ TEST(SectionForces, AlongTheAxisOfABeamThatVibratesInAllItsModes) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_section_forces

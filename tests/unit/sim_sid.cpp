@@ -19,7 +19,7 @@
 #include <numbers>
 #include <random>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_sid {
 namespace {
 
 namespace fs = std::filesystem;
@@ -685,4 +685,4 @@ TEST(BodyFile, RefusesWhatContradictsItself) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_sid

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_simulation {
 namespace {
 
 // A block on a spring along z, pushed by an input.
@@ -168,4 +168,4 @@ TEST(Errors, AreOneFamily) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_simulation

@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_sines_cosines {
 namespace {
 
 void expect_right(const std::vector<double>& angles) {
@@ -69,4 +69,4 @@ TEST(SinesCosines, OfWhatIsNoAngleAreNoNumbers) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_sines_cosines

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_sized {
 namespace {
 
 TEST(Sized, ProductsAreThoseOfAnyNumber) {
@@ -61,4 +61,4 @@ TEST(Sized, ElasticForcesHaveStiffnessAndDamping) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_sized

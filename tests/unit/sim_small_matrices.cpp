@@ -5,7 +5,7 @@
 
 #include <random>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_small_matrices {
 namespace {
 
 MatX random_matrix(std::mt19937& random, Eigen::Index rows, Eigen::Index columns) {
@@ -174,4 +174,4 @@ TEST(SmallMatrices, ReduceInertiaEverySize) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_small_matrices

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_start_loads {
 namespace {
 
 // A spring with a rest length between points that stand at one place has no direction.
@@ -37,4 +37,4 @@ TEST(Statics, TakesTheLoadAtTheStartItself) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_start_loads

@@ -1,4 +1,5 @@
 // Static equilibrium starts: against closed forms and rigorous solutions (sim/REFERENCES.md), stability, loops, what cannot rest.
+#include "mechanism_text.h"
 #include "sim/dynamics/directions.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/simulate.h"
@@ -10,25 +11,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 #include <random>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_statics {
 namespace {
-
-constexpr double pi = std::numbers::pi;
-
-Results run(const std::string& text) {
-  SimulateOptions options;
-  options.estimate_error = false;
-  return simulate(parse_scene(text, "statics.toml"), options);
-}
-
-const VecX& column(const Results& r, const std::string& name) {
-  for (const ResultOutput& o : r.outputs)
-    if (o.column == name) return o.values;
-  throw std::runtime_error("no column " + name);
-}
 
 std::string head(double duration, const std::string& gravity, const std::string& more = "") {
   return fmt::format("[simulation]\nduration = {:.17g}\noutput_rate = 100\ngravity = {}\n{}\n", duration, gravity, more);
@@ -492,4 +478,4 @@ TEST(Statics, WhatTurnsFreelyIsNoBuckling) {
     }
   EXPECT_LE(steps, 20);
 }
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_statics

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-using namespace flexframe::sim;
+namespace flexframe::sim::test_step_path {
 
 namespace {
 
@@ -72,3 +72,5 @@ TEST(StepPath, SaysWhereRatesCannotBeEvaluated) {
   path.clear();
   EXPECT_TRUE(path.empty());
 }
+
+}  // namespace flexframe::sim::test_step_path

@@ -20,8 +20,7 @@
 
 #include <unistd.h>
 
-using namespace flexframe;
-using namespace flexframe::sim;
+namespace flexframe::sim::test_sweep {
 
 namespace {
 
@@ -405,3 +404,5 @@ TEST(SweepSensitivity, AConstantHasNoIndices) {
 }
 
 }  // namespace
+
+}  // namespace flexframe::sim::test_sweep

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_table {
 namespace {
 
 TEST(Table, ReproducesACubicWithItsDerivatives) {
@@ -138,4 +138,4 @@ TEST(Table, FindsItsPlaceAmongUnevenPoints) {
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_table

@@ -8,7 +8,7 @@
 #include <string>
 #include <tuple>
 
-namespace flexframe::sim {
+namespace flexframe::sim::test_time_error {
 namespace {
 
 // A history from 0 to 1, and one that is off by `apart` at its end.
@@ -178,4 +178,4 @@ frame = "body"
 }
 
 }  // namespace
-}  // namespace flexframe::sim
+}  // namespace flexframe::sim::test_time_error
