@@ -143,6 +143,10 @@ with temporary_folder() as name:
         soup,
         tolerance=1e-7,
     )
+    for what, direction in (("as C writes it", "-nan(ind) -nan(ind) -nan(ind)"), ("as C wrote it", "1.#QNAN 1.#QNAN 1.#QNAN")):
+        facets = "".join(facet.format("".join("vertex %.9g %.9g %.9g\n" % points[i] for i in t)) for t in triangles)
+        mended = "\ufeffsolid plate\n" + facets.replace("normal 0 0 1", "normal " + direction, 2) + "endsolid plate\n"
+        check("STL, no direction " + what, "mesh.stl", mended, soup, tolerance=1e-7)
     check(
         "STL, binary",
         "mesh.stl",
@@ -192,6 +196,8 @@ with temporary_folder() as name:
     ]
     check("glTF with a scene of nodes", "mesh.gltf", json.dumps(gltf), [(y / 1.3, 1.3 - x, z) for x, y, z in points], tolerance=1e-6)
 
+    packed = json.dumps({**gltf, "extensionsUsed": ["KHR_mesh_quantization"], "extensionsRequired": ["KHR_mesh_quantization"]})
+
     # What no file may do.
     def refused(what, file, content, word):
         (folder / file).write_bytes(content.encode() if isinstance(content, str) else content)
@@ -218,6 +224,7 @@ with temporary_folder() as name:
     with zipfile.ZipFile(folder / "parts.zip", "w") as parts:
         for part in ("3D/3dmodel.model", "3D/Objects/a.model"):
             parts.writestr(part, "<model/>")
+    refused("glTF of an extension", "bad.gltf", packed, "KHR_mesh_quantization")
     refused("3MF of several files", "bad.3mf", (folder / "parts.zip").read_bytes(), "production extension")
     refused("an unknown format", "bad.xyzzy", "a letter to a friend\n", "bad.xyzzy")
 
