@@ -52,6 +52,8 @@ const std::vector<Kind>& kinds() {
       {25, 20, 3, true, FeShape::hexahedron20, {}, {0, 3, 2, 1, 4, 7, 6, 5, 11, 10, 9, 8, 15, 14, 13, 12, 16, 19, 18, 17}},
       {26, 15, 3, true, FeShape::wedge15, {}, {0, 2, 1, 3, 5, 4, 8, 7, 6, 11, 10, 9, 12, 14, 13}},
       {14, 0, 3, false, none},
+      {15, 0, 3, false, none},
+      {16, 0, 3, false, none},
       {27, 0, 3, false, none},
       {29, 0, 3, false, none},
       {32, 0, 3, false, none},
@@ -148,12 +150,19 @@ sim::FeModel make_fe_model(const CellMesh& mesh, const sim::FeUnits& units) {
   for (int c = 0; c < mesh.cells(); ++c) dimension = std::max(dimension, kind_of(mesh, c).dimension);
   if (dimension < 2) throw InputError(fmt::format("{}: the mesh has neither volume nor surface elements", mesh.file));
   std::vector<int> element_of(static_cast<size_t>(mesh.cells()), -1);
+  std::vector<std::vector<int>> lower;
   for (int c = 0; c < mesh.cells(); ++c) {
     const Kind& kind = kind_of(mesh, c);
-    if (kind.dimension != dimension) continue;
+    if (kind.dimension != dimension) {
+      if (kind.dimension > 0)
+        lower.emplace_back(mesh.nodes.begin() + mesh.begin[static_cast<size_t>(c)],
+                           mesh.nodes.begin() + mesh.begin[static_cast<size_t>(c) + 1]);
+      continue;
+    }
     element_of[static_cast<size_t>(c)] = static_cast<int>(model.elements.size());
     add_element(mesh, c, kind, model);
   }
+  warn_of_loose_cells(model, lower);
   for (const auto& [name, cells] : mesh.cell_sets) {
     std::set<int> nodes, elements;
     for (const int c : cells) {

@@ -13,7 +13,6 @@ using sim::hdf5::Id;
 Hdf5Reader::Hdf5Reader(const std::filesystem::path& path) : name_(path.string()) {
   H5dont_atexit();
   if (!std::filesystem::is_regular_file(path)) throw InputError(fmt::format("{}: no such file", name_));
-  const sim::hdf5::Quiet quiet;
   file_ = Id(H5Fopen(name_.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
   if (!file_.valid()) fail(fmt::format("is no HDF5 file that can be read: {}", sim::hdf5::hdf5_reason()));
 }
@@ -103,8 +102,12 @@ std::string Hdf5Reader::text(const std::string& path, const std::string& name) c
   return text.substr(0, std::min(text.find('\0'), text.size()));
 }
 
+bool Hdf5Reader::has_attribute(const std::string& path, const std::string& name) const {
+  return H5Aexists_by_name(file_, path.c_str(), name.c_str(), H5P_DEFAULT) > 0;
+}
+
 std::optional<double> Hdf5Reader::attribute(const std::string& path, const std::string& name) const {
-  if (H5Aexists_by_name(file_, path.c_str(), name.c_str(), H5P_DEFAULT) <= 0) return std::nullopt;
+  if (!has_attribute(path, name)) return std::nullopt;
   const Id attribute(H5Aopen_by_name(file_, path.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
   const Id type(H5Aget_type(attribute), H5Tclose), space(H5Aget_space(attribute), H5Sclose);
   const H5T_class_t kind = H5Tget_class(type);

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,6 +27,7 @@ class Hdf5Reader {
   double number(const std::string& path, hsize_t row) const { return rows(path, row, 1).front(); }
   // A dataset's bytes as they stand in the file: texts.
   std::string bytes(const std::string& path) const;
+  bool has_attribute(const std::string& path, const std::string& name) const;
   // Attributes of a group or dataset: a text (which must be there), a number.
   std::string text(const std::string& path, const std::string& name) const;
   std::optional<double> attribute(const std::string& path, const std::string& name) const;
@@ -34,6 +36,7 @@ class Hdf5Reader {
   // Throws where a dataset says that it has more bytes than any packing could have made of the file.
   void check_size(const std::string& path, hsize_t count) const;
 
+  std::unique_ptr<sim::hdf5::Quiet> quiet_ = std::make_unique<sim::hdf5::Quiet>();  // what goes wrong is told in sentences
   std::string name_;
   sim::hdf5::Id file_;
 };

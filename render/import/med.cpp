@@ -20,22 +20,10 @@ struct Type {
   int vtk, nodes;
 };
 // MED's cells by VTK's number.
-constexpr std::array<Type, 16> types{{{"PO1", 1, 1},
-                                      {"SE2", 3, 2},
-                                      {"SE3", 21, 3},
-                                      {"TR3", 5, 3},
-                                      {"QU4", 9, 4},
-                                      {"TR6", 22, 6},
-                                      {"QU8", 23, 8},
-                                      {"QU9", 28, 9},
-                                      {"TE4", 10, 4},
-                                      {"PY5", 14, 5},
-                                      {"PE6", 13, 6},
-                                      {"HE8", 12, 8},
-                                      {"T10", 24, 10},
-                                      {"P15", 26, 15},
-                                      {"H20", 25, 20},
-                                      {"H27", 29, 27}}};
+constexpr std::array<Type, 20> types{{{"PO1", 1, 1},   {"SE2", 3, 2},  {"SE3", 21, 3},  {"TR3", 5, 3},   {"QU4", 9, 4},
+                                      {"TR6", 22, 6},  {"QU8", 23, 8}, {"QU9", 28, 9},  {"TE4", 10, 4},  {"PY5", 14, 5},
+                                      {"PE6", 13, 6},  {"HE8", 12, 8}, {"T10", 24, 10}, {"P15", 26, 15}, {"H20", 25, 20},
+                                      {"H27", 29, 27}, {"TR7", 34, 7}, {"P13", 27, 13}, {"P18", 32, 18}, {"O12", 16, 12}}};
 constexpr size_t name_length = 80;  // of a group
 
 // A text of fixed length: without the blanks and zeros behind it.
@@ -89,7 +77,7 @@ class Reader {
     const std::vector<std::string> states = file_.members(mesh);
     if (states.empty()) file_.fail(fmt::format("its mesh {} has no state", sim::quote(name_)));
     at_ = mesh + "/" + states.front();
-    const std::string unit = trimmed(file_.text(mesh, "UNI").substr(0, 16));
+    const std::string unit = file_.has_attribute(mesh, "UNI") ? trimmed(file_.text(mesh, "UNI").substr(0, 16)) : "";
     if (!unit.empty())
       mesh_.notes.push_back(
           fmt::format("{} says that its lengths are in {}; they are read in those of --units", mesh_.file, sim::quote(unit)));
@@ -111,6 +99,7 @@ class Reader {
     const auto type = std::find_if(types.begin(), types.end(), [&](const Type& t) { return name == t.name; });
     if (type == types.end()) {
       if (name == "POE") file_.fail("holds polyhedra, which are no finite elements");
+      if (name == "POG" || name == "PO2") return add_polygons(name);
       mesh_.notes.push_back(fmt::format("{}: its cells of the kind {} are left out", mesh_.file, sim::quote(name)));
       return;
     }
@@ -129,6 +118,15 @@ class Reader {
       mesh_.add(type->vtk, of_cell);
     }
     read_families(at_ + "/MAI/" + name, count, cell_family_);
+  }
+
+  // One cell stands for all of them: they are no elements, and which of their corners is whose does not matter.
+  void add_polygons(const std::string& name) {
+    std::vector<int> corners;
+    for (const double node : file_.rows(at_ + "/MAI/" + name + "/NOD", 0, -1))
+      if (node >= 1.0 && node < 2e9) corners.push_back(static_cast<int>(node) - 1);
+    mesh_.add(7, corners);
+    cell_family_.push_back(0.0);
   }
 
   // Family 0, of no groups, where the file says nothing.

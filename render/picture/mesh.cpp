@@ -19,6 +19,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <span>
+#include <string_view>
 #include <utility>
 
 namespace flexframe::render {
@@ -270,10 +271,24 @@ void finish_mesh(Polygons polygons, const MeshOptions& options, Mesh& mesh, cons
 
 namespace {
 
+// Directions of facets that are no numbers as C writes them (1.#QNAN, -nan(ind)), of text in small letters: zeros in their place, which
+// nobody uses.
+void mend_directions(std::string& text) {
+  constexpr std::string_view word = "facet normal", zeros = " 0 0 0";
+  for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at)) {
+    at += word.size();
+    const std::size_t end = std::min(text.find_first_of("\r\n", at), text.size());
+    const std::string_view rest = std::string_view(text).substr(at, end - at);
+    if (rest.size() < zeros.size() || rest.find_first_of("#(") == std::string_view::npos) continue;
+    text.replace(at, end - at, std::string(zeros).append(rest.size() - zeros.size(), ' '));
+  }
+}
+
 // The bytes of an STL file as assimp takes them: text in small letters, a binary file without what is behind its triangles. Throws
 // MeshError for what is neither.
 std::string stl_bytes(const std::string& file, std::string text) {
   constexpr std::size_t head = 84, triangle = 50;
+  if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);
   std::uint32_t count = 0;
   if (text.size() >= head)
     for (int k = 3; k >= 0; --k) count = count << 8 | static_cast<unsigned char>(text[80 + static_cast<std::size_t>(k)]);
@@ -284,6 +299,7 @@ std::string stl_bytes(const std::string& file, std::string text) {
   if (!binary && begin != std::string::npos) {
     text.erase(0, begin);
     for (char& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    mend_directions(text);
     if (text.starts_with("solid")) return text;
   }
   if (text.size() >= head && text.size() >= wanted && count > 0) return text.substr(0, wanted);
@@ -305,6 +321,44 @@ void tell_of_units(const std::string& ending, Mesh& mesh) {
                   ending, ending == ".3mf" ? " (millimetres where they name none)" : ""));
 }
 
+// Objects in files of their own within a 3MF file (its production extension) are not followed, and assimp crashes on some of them.
+void refuse_scattered(const std::string& file, std::string_view zip) {
+  constexpr std::string_view entry = "PK\1\2";  // of the table of contents: the length of the name stands at 28, the name at 46
+  int models = 0;
+  for (std::size_t at = zip.find(entry); at != std::string_view::npos; at = zip.find(entry, at + entry.size())) {
+    if (zip.size() - at < 46) break;
+    const auto length = static_cast<std::size_t>(static_cast<unsigned char>(zip[at + 28]) + 256 * static_cast<unsigned char>(zip[at + 29]));
+    models += zip.substr(at + 46, length).ends_with(".model");
+  }
+  if (models > 1)
+    throw MeshError(
+        fmt::format("{}: its objects lie in {} files of their own (the production extension of 3MF), which are not followed: "
+                    "save it as STL or OBJ",
+                    file, models - 1));
+}
+
+// Extensions of glTF that a file needs to be read as it means and that assimp passes over: its vertices would lie anywhere.
+void refuse_extensions(const std::string& file, std::string_view text) {
+  const std::size_t required = text.find("\"extensionsRequired\"");
+  if (required == std::string_view::npos) return;
+  const std::string_view names = text.substr(required, text.find(']', required) - required);
+  for (const char* name : {"KHR_mesh_quantization", "EXT_meshopt_compression", "EXT_mesh_gpu_instancing"})
+    if (names.find(name) != std::string_view::npos)
+      throw MeshError(fmt::format("{}: needs the glTF extension {}, which is not read: save it without", file, name));
+}
+
+// What moves vertices in the file beside the places of its parts: figures of animation, seldom parts of machines.
+void tell_of_movers(const std::vector<Placed>& placed, Mesh& mesh) {
+  const auto any = [&](const auto& does) { return std::any_of(placed.begin(), placed.end(), does); };
+  if (any([](const Placed& p) { return p.mesh->HasBones(); }))
+    mesh.faults.emplace_back("it hangs on a skeleton (a skin), which is not applied: its vertices lie where they were before that");
+  if (any([](const Placed& p) {
+        return std::any_of(p.mesh->mAnimMeshes, p.mesh->mAnimMeshes + p.mesh->mNumAnimMeshes,
+                           [](const aiAnimMesh* m) { return m->mWeight != 0.0f; });
+      }))
+    mesh.faults.emplace_back("it has shapes to blend with (morph targets), which are not applied");
+}
+
 Mesh read_other(const fs::path& path, const MeshOptions& options) {
   const std::string file = path.string();
   const std::string text = read_text(path);
@@ -313,6 +367,10 @@ Mesh read_other(const fs::path& path, const MeshOptions& options) {
   Assimp::Importer importer;
   // Places in the body frame are those of the file: assimp turns Collada's scenes so that y points up.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
+  // Of scenes without meshes it would make one of their nodes.
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
+  if (ending == ".3mf") refuse_scattered(file, text);
+  if (ending == ".gltf" || ending == ".glb") refuse_extensions(file, text);
   const std::string stl = ending == ".stl" ? stl_bytes(file, text) : "";
   const aiScene* scene = stl.empty() ? importer.ReadFile(file, 0) : importer.ReadFileFromMemory(stl.data(), stl.size(), 0, "stl");
   if (scene == nullptr || scene->mRootNode == nullptr) throw MeshError(fmt::format("{}: {}", file, importer.GetErrorString()));
@@ -325,6 +383,7 @@ Mesh read_other(const fs::path& path, const MeshOptions& options) {
     mesh.warnings.emplace_back("its text has no 'endsolid': it may be cut off");
   std::vector<Placed> placed;
   collect(*scene, *scene->mRootNode, aiMatrix4x4(), placed);
+  tell_of_movers(placed, mesh);
   Polygons polygons;
   std::vector<int> index;
   for (const Placed& part : placed) {

@@ -82,19 +82,23 @@ void for_each_line(std::string_view text, Visit visit) {
   }
 }
 
-// Index, from 0, of a corner's part "v", "vt" or "vn": checked against the count so far (negative) and the count in the file; -1: not
-// given.
-int corner_index(std::string_view part, long so_far, long in_all, const char* what, const std::string& file, long line) {
-  if (part.empty()) return -1;
+// The number of a corner's part "v", "vt" or "vn".
+long corner_number(std::string_view part, const std::string& file, long line) {
   if (part.front() == '+') part.remove_prefix(1);
-  long index = 0;
-  const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), index);
+  long number = 0;
+  const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), number);
   if (error != std::errc{} || end != part.data() + part.size())
     throw MeshError(fmt::format("{}:{}: face corner '{}' is no index", file, line, shown(part)));
-  if (index == 0) throw MeshError(fmt::format("{}:{}: face refers to {} 0, indices start at 1", file, line, what));
+  return number;
+}
+
+// Index, from 0, of a corner's vertex: checked against the count so far (negative) and the count in the file.
+int vertex_index(std::string_view part, long so_far, long in_all, const std::string& file, long line) {
+  const long index = corner_number(part, file, line);
+  if (index == 0) throw MeshError(fmt::format("{}:{}: face refers to vertex 0, indices start at 1", file, line));
   if (index < 0 && -index > so_far)
-    throw MeshError(fmt::format("{}:{}: face refers to {} {}, only {} lie before this line", file, line, what, index, so_far));
-  if (index > in_all) throw MeshError(fmt::format("{}:{}: face refers to {} {}, the file has {}", file, line, what, index, in_all));
+    throw MeshError(fmt::format("{}:{}: face refers to vertex {}, only {} lie before this line", file, line, index, so_far));
+  if (index > in_all) throw MeshError(fmt::format("{}:{}: face refers to vertex {}, the file has {}", file, line, index, in_all));
   return static_cast<int>(index < 0 ? so_far + index : index - 1);
 }
 
@@ -160,7 +164,6 @@ class ObjReader {
     // Counts first, since faces may refer to vertices further down.
     for_each_line(text, [&](std::string_view keyword, std::string_view, long) {
       vertices_ += keyword == "v";
-      textures_ += keyword == "vt";
       normals_ += keyword == "vn";
     });
     if (vertices_ >= most_vertices) throw MeshError(fmt::format("{}: {} vertices are too many", file_, vertices_));
@@ -168,7 +171,6 @@ class ObjReader {
     for_each_line(text, [&](std::string_view keyword, std::string_view rest, long line) {
       if (keyword == "v") read_vertex(rest, line);
       else if (keyword == "f" || keyword == "fo") read_face(rest, line);
-      else if (keyword == "vt") ++textures_so_far_;
       else if (keyword == "vn") read_normal(rest, line);
       else if (keyword == "usemtl") material_ = material_index(trimmed(rest));
       else if (keyword == "mtllib") read_materials(trimmed(rest));
@@ -184,7 +186,15 @@ class ObjReader {
     tell_of_unknown_materials();
     scale_colors();
     if (!mesh_.colors.empty()) mesh_.colors.resize(mesh_.positions.size(), glm::vec3(1.0f));
-    for (const int n : corner_normal_) polygons_.corner_normal.push_back(n < 0 ? glm::vec3(0.0f) : normal_[n]);
+    for (const int n : corner_normal_) {
+      polygons_.corner_normal.push_back(n < 0 ? glm::vec3(0.0f) : normal_[n]);
+      missing_normals_ += n >= 0 && normal_[n] == glm::vec3(0.0f);
+    }
+    if (missing_normals_ > 0)
+      mesh_.warnings.push_back(
+          fmt::format("{} corners of its faces name normals ('vn') that are not there or have no direction: all normals are made from the "
+                      "faces",
+                      missing_normals_));
   }
 
  private:
@@ -208,15 +218,28 @@ class ObjReader {
     mesh_.positions.push_back(p);
   }
 
+  // What is no direction is none: light does not decide whether a mesh can be used (programs write nan where a face has no area).
   void read_normal(std::string_view rest, long line) {
-    glm::vec3 n(0.0f);
+    glm::dvec3 n(0.0);
     for (int k = 0; k < 3; ++k) {
-      const std::string_view word = next_word(rest);
+      std::string_view word = next_word(rest);
       if (word.empty()) throw MeshError(fmt::format("{}:{}: a normal needs x y z", file_, line));
-      n[k] = static_cast<float>(parse_number(word, file_, line, "normal"));
+      if (word.front() == '+') word.remove_prefix(1);
+      const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), n[k]);
+      if (error != std::errc{} || end != word.data() + word.size()) n[k] = NAN;
     }
-    const float length = glm::length(n);
-    normal_.push_back(std::isfinite(length) && length > 1e-20f ? n / length : glm::vec3(0.0f));
+    const double length = glm::length(n);
+    normal_.push_back(std::isfinite(length) && length > 1e-20 ? glm::vec3(n / length) : glm::vec3(0.0f));
+  }
+
+  // Of a corner, from 0; -1: not given, or not there.
+  int normal_index(std::string_view part, long line) {
+    if (part.empty()) return -1;
+    const long index = corner_number(part, file_, line), so_far = static_cast<long>(normal_.size());
+    const long at = index < 0 ? so_far + index : index - 1;
+    if (at >= 0 && at < normals_) return static_cast<int>(at);
+    ++missing_normals_;
+    return -1;
   }
 
   void read_face(std::string_view rest, long line) {
@@ -230,9 +253,9 @@ class ObjReader {
         word = slash == std::string_view::npos ? std::string_view{} : word.substr(slash + 1);
       }
       if (part[0].empty()) throw MeshError(fmt::format("{}:{}: face corner '{}' has no vertex", file_, line, shown(whole)));
-      polygons_.corner.push_back(corner_index(part[0], static_cast<long>(mesh_.positions.size()), vertices_, "vertex", file_, line));
-      corner_index(part[1], textures_so_far_, textures_, "texture coordinate", file_, line);
-      corner_normal_.push_back(corner_index(part[2], static_cast<long>(normal_.size()), normals_, "normal", file_, line));
+      polygons_.corner.push_back(vertex_index(part[0], static_cast<long>(mesh_.positions.size()), vertices_, file_, line));
+      if (!part[1].empty()) corner_number(part[1], file_, line);  // textures are not drawn
+      corner_normal_.push_back(normal_index(part[2], line));
     }
     if (polygons_.corner.size() < before + 3) {  // points and lines
       polygons_.corner.resize(before);
@@ -335,7 +358,8 @@ class ObjReader {
   const std::string file_;
   Mesh& mesh_;
   Polygons& polygons_;
-  long vertices_ = 0, textures_ = 0, normals_ = 0, textures_so_far_ = 0;  // in the file; of textures before the line
+  long vertices_ = 0, normals_ = 0;  // in the file
+  long missing_normals_ = 0;         // that corners name, or without a direction
   std::vector<glm::vec3> normal_;
   std::vector<int> corner_normal_;
   std::map<std::string, int> by_name_;

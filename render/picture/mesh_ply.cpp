@@ -126,8 +126,12 @@ class PlyReader {
         elements_.back().properties.push_back({std::string(w[4]), type_of(w[3]), type_of(w[2])});
       } else if (w[0] == "property" && !elements_.empty() && w.size() == 3) {
         elements_.back().properties.push_back({std::string(w[2]), type_of(w[1]), nullptr});
-      } else {
+      } else if (w[0] == "format" || w[0] == "element" || w[0] == "property") {
         fail(fmt::format("its header has a line that is not known, beginning with '{}'", w[0].substr(0, 40)));
+      } else {
+        // Some programs write remarks without 'comment'.
+        mesh_.warnings.push_back(
+            fmt::format("its header has a line that is not known, beginning with '{}': passed over", w[0].substr(0, 40)));
       }
     }
     if (!formed) fail("its header has no line 'format'");

@@ -113,17 +113,17 @@ std::vector<SidCheck> check_sid(const SidFile& sid) {
   std::vector<SidCheck> checks;
   const long n = sid.nelastq;
   if (n == 0) return checks;
-  if (has_order(sid.mdCM, true) || has_order(sid.Ct, false)) {
+  // What one of two blocks does not say cannot contradict the other.
+  const bool moving_inertia = sid.J && sid.J->order > 0;
+  if (sid.mdCM && sid.mdCM->order > 0 && sid.Ct && (has_order(sid.mdCM, true) || has_order(sid.Ct, false))) {
     Comparison c;
-    if (sid.mdCM)
-      for (const SidEntry& e : sid.mdCM->entries)
-        if (e.mode > 0) c.a(3L * e.mode + e.row, e.value);
-    if (sid.Ct)
-      for (const SidEntry& e : sid.Ct->entries)
-        if (e.mode == 0) c.b(3L * e.row + e.column, e.value);
+    for (const SidEntry& e : sid.mdCM->entries)
+      if (e.mode > 0) c.a(3L * e.mode + e.row, e.value);
+    for (const SidEntry& e : sid.Ct->entries)
+      if (e.mode == 0) c.b(3L * e.row + e.column, e.value);
     checks.push_back({"mdCM.M1(:,q) = Ct.M0(q,:)", c.residual()});
   }
-  if (sid.Oe && sid.J) {
+  if (sid.Oe && moving_inertia) {
     Comparison c;
     for (const SidEntry& e : sid.Oe->entries)
       if (e.mode == 0) c.a(6L * e.row + oe_row[e.column - 1], e.value);
@@ -131,7 +131,7 @@ std::vector<SidCheck> check_sid(const SidFile& sid) {
       if (e.mode > 0) c.b(6L * e.mode + e.row - 1, -(e.row <= 3 ? 0.5 : 1.0) * e.value);
     checks.push_back({"Oe.M0(j,:) = -(J1xx/2, J1yy/2, J1zz/2, J1xy, J1yz, J1xz)", c.residual()});
   }
-  if (sid.Gr && sid.J) {
+  if (sid.Gr && moving_inertia) {
     Comparison c;
     for (const SidEntry& e : sid.Gr->entries) {
       const long mode = (e.column - 1) % n, axis = (e.column - 1) / n;

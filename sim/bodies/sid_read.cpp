@@ -511,7 +511,9 @@ class Reader {
       }
       refuse_doubles(p);
       p.raw.raw = {};
-      if ((t.structure == 0 || t.structure == 4) && !t.entries.empty()) {
+      // What is unit is the zeroth order: entries of the first stand beside it.
+      const bool zeroth = std::any_of(t.entries.begin(), t.entries.end(), [](const SidEntry& e) { return e.mode == 0; });
+      if (t.structure == 4 ? zeroth : t.structure == 0 && !t.entries.empty()) {
         note(fmt::format("block {} (line {}) says structure = {} ({}) but has entries: the entries count", p.raw.name, p.raw.line,
                          t.structure, t.structure == 0 ? "zero" : "unit"));
         t.structure = 3;

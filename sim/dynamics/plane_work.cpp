@@ -20,11 +20,27 @@ struct LeavesPlane {
 };
 
 // The plane's data of a model, step by step; throws LeavesPlane.
+// Whether weight along the plane's normal n deforms the body, in first or second order.
+bool bends_under_weight_along(const Vec3& n, const FlexibleBody& body) {
+  if (body.n == 0) return false;
+  constexpr double rounding = 1e-12;
+  if ((n.transpose() * body.md1).cwiseAbs().maxCoeff() > rounding * body.md1.cwiseAbs().maxCoeff()) return true;
+  MatX second = MatX::Zero(body.n, body.n);
+  double largest = 0.0;
+  for (int k = 0; k < 3; ++k) {
+    if (body.md2[k].size() == 0) continue;
+    second += n[k] * body.md2[k];
+    largest = std::max(largest, body.md2[k].cwiseAbs().maxCoeff());
+  }
+  return second.cwiseAbs().maxCoeff() > rounding * largest;
+}
+
 struct Builder {
   const Model& model;
   const Work& work;
   PlaneMotion& d;
   Vec3 normal = Vec3::Zero();  // of the plane, world axes
+  bool weight_across = false;  // gravity has a part along the normal
 
   void build() {
     find_normal();
@@ -56,7 +72,8 @@ struct Builder {
     d.axes = axes_about(normal);
     const Vec3 g = d.axes.transpose() * model.settings.gravity;
     d.gravity = g.head<2>();
-    d.forces_within = std::abs(g.z()) <= 1e-12 * g.norm();
+    weight_across = std::abs(g.z()) > 1e-12 * g.norm();
+    d.forces_within = !weight_across;
   }
 
   void add_frame(size_t i) {
@@ -99,6 +116,8 @@ struct Builder {
     const Part& part = model.parts[i];
     const TreeJoint& j = part.joint;
     if (has_axis_mass(part.body)) throw LeavesPlane{fmt::format("'{}' has the complete kinetic energy of its axis", part.name)};
+    if (weight_across && bends_under_weight_along(d.part_axes[i].col(2), part.body))
+      throw LeavesPlane{fmt::format("its weight bends '{}' out of the plane", part.name)};
     PlaneJoint joint;
     const int A = j.reversed ? j.outboard : j.inboard, B = j.reversed ? j.inboard : j.outboard;
     if (!in_plane(j, frame_axes(A), frame_axes(B), joint)) throw LeavesPlane{fmt::format("joint '{}' leaves the plane", j.name)};

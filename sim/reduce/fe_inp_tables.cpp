@@ -64,7 +64,8 @@ std::string advice_for(const std::string& type) {
     return std::any_of(heads.begin(), heads.end(), [&](const char* h) { return type.starts_with(h); });
   };
   if (starts({"CPS", "CPE", "CAX", "CGAX", "SAX"}))
-    return "plane and axisymmetric elements make no body in space; mesh it with solids or shells";
+    return "plane and axisymmetric elements make no body in space; mesh it with solids or shells (surfaces that gmsh writes so beside "
+           "solids: take the .msh, or leave these lines out; sets of their nodes stay)";
   if (starts({"M3D"})) return "membranes have no bending stiffness; use shells (S3, S4, S6, S8)";
   if (starts({"F3D", "DC", "AC", "DS", "D"})) return "elements of heat or fluid carry no load; leave them out";
   if (starts({"GAP", "ITT"})) return "contact is no part of a linear body; put it into the scene";

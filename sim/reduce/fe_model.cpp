@@ -5,7 +5,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
+#include <set>
 #include <unordered_map>
+#include <utility>
 
 namespace flexframe::sim {
 
@@ -212,11 +215,15 @@ struct Lacking {
   std::string text() const { return count > 1 ? fmt::format("{} (and {} more elements)", first, count - 1) : first; }
 };
 
+bool is_inp(const FeModel& model) {
+  const std::string ending = std::filesystem::path(model.file).extension().string();
+  return ending == ".inp" || ending == ".INP";
+}
+
 // spread: whether solids or shells are made of it, not beams alone.
 void check_material(const FeModel& model, const FeMaterial& m, bool spread, std::vector<std::string>& faults) {
   const auto fault = [&](const std::string& text) { faults.push_back(fmt::format("{}: material '{}': {}", model.file, m.name, text)); };
-  const std::string ending = std::filesystem::path(model.file).extension().string();
-  const bool deck = ending == ".inp" || ending == ".INP";
+  const bool deck = is_inp(model);
   if (m.elasticity) {
     const Eigen::LLT<Mat6> factor(*m.elasticity);
     if (!m.elasticity->allFinite() || factor.info() != Eigen::Success)
@@ -257,7 +264,10 @@ void check_model(const FeModel& model) {
                                place_of(model, e), e.id));
     }
     if (fe_is_shell(e.shape) && !(e.thickness > 0.0))
-      thickness.add(fmt::format("{}: shell element {} has no thickness: give a *SHELL SECTION, or --thickness", place_of(model, e), e.id));
+      thickness.add(fmt::format("{}: shell element {} has no thickness: give {}--thickness", place_of(model, e), e.id,
+                                is_inp(model)             ? "a *SHELL SECTION, or "
+                                : model.materials.empty() ? ""
+                                                          : "T of its PSHELL, or "));
   }
   std::vector<std::string> faults;
   for (const Lacking* l : {&material, &thickness})
@@ -265,6 +275,46 @@ void check_model(const FeModel& model) {
   for (size_t i = 0; i < used.size(); ++i)
     if (used[i]) check_material(model, model.materials[i], spread[i], faults);
   if (!faults.empty()) throw InputError(fmt::format("{}", fmt::join(faults, "\n")));
+}
+
+std::vector<std::string> doubled_solids(const FeModel& model) {
+  std::vector<std::pair<std::array<int, 4>, int>> corners;  // four nodes tell solids apart that a mesh can have
+  for (size_t k = 0; k < model.elements.size(); ++k) {
+    const FeElement& e = model.elements[k];
+    if (!fe_is_solid(e.shape)) continue;
+    std::vector<int> nodes(model.connectivity.begin() + e.first, model.connectivity.begin() + e.first + e.count);
+    std::sort(nodes.begin(), nodes.end());
+    corners.push_back({{nodes[0], nodes[1], nodes[2], nodes.back()}, static_cast<int>(k)});
+  }
+  std::sort(corners.begin(), corners.end());
+  const auto nodes_of = [&](int k) {
+    const FeElement& e = model.elements[k];
+    return std::set<int>(model.connectivity.begin() + e.first, model.connectivity.begin() + e.first + e.count);
+  };
+  int count = 0, first = -1, second = -1;
+  for (size_t k = 1; k < corners.size(); ++k) {
+    if (corners[k].first != corners[k - 1].first || nodes_of(corners[k].second) != nodes_of(corners[k - 1].second)) continue;
+    if (count++ == 0) first = corners[k - 1].second, second = corners[k].second;
+  }
+  if (count == 0) return {};
+  return {
+      fmt::format("{}: {} solids lie on the same nodes as others (element {} on those of element {}): their mass and stiffness count "
+                  "twice; take them out if they were written twice",
+                  model.file, count, model.elements[second].id, model.elements[first].id)};
+}
+
+void warn_of_loose_cells(FeModel& model, const std::vector<std::vector<int>>& others) {
+  std::vector<bool> used(model.nodes.size(), false);
+  for (const int n : model.connectivity) used[n] = true;
+  const auto loose = std::count_if(others.begin(), others.end(), [&](const std::vector<int>& nodes) {
+    return std::any_of(nodes.begin(), nodes.end(), [&](int n) { return !used[n]; });
+  });
+  if (loose == 0) return;
+  const bool solids = fe_is_solid(model.elements.front().shape);
+  model.warnings.push_back(
+      fmt::format("{}: {} {} are left out, which are no border of the {}: elements are made of the cells of most dimensions only; a deck "
+                  "(.inp, .bdf) can have both",
+                  model.file, loose, solids ? "surface and line cells" : "line cells", solids ? "solids" : "shells"));
 }
 
 std::vector<std::vector<int>> outer_faces(const FeModel& model) {

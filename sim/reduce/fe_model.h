@@ -164,6 +164,13 @@ std::optional<FeUnits> units_named(const std::string& name);
 // units that would make one of it.
 std::vector<std::string> unit_warnings(const FeModel& model, const FeUnits& read_as);
 
+// A sentence where solids lie on the very nodes of others: their mass and stiffness count twice.
+std::vector<std::string> doubled_solids(const FeModel& model);
+
+// Of a mesh whose elements are its cells of most dimensions: warns where others, whose nodes are given, are no part of them (bars between
+// solids, a frame under a plate) and so are left out.
+void warn_of_loose_cells(FeModel& model, const std::vector<std::vector<int>>& others);
+
 // "FILE:LINE" of an element, for messages; "FILE" where the line is unknown.
 std::string place_of(const FeModel& model, const FeElement& element);
 

@@ -50,9 +50,9 @@ Type type_of(int number) {
     case 3:
       return {4, 2, true, FeShape::quadrangle4, plain(4)};
     case 9:
-      return other(6, 2);
+      return {6, 2, true, FeShape::triangle6, plain(6)};
     case 16:
-      return other(8, 2);
+      return {8, 2, true, FeShape::quadrangle8, plain(8)};
     case 10:
       return other(9, 2);
     case 4:
@@ -134,8 +134,8 @@ class Reader {
   std::map<std::pair<int, int>, std::vector<int>> entity_physicals;  // format 4
   struct Raw {
     long id;
-    int type, physical;
-    std::vector<int> more;
+    int type;
+    std::vector<int> more;  // its physical groups
     std::vector<long> nodes;
     int line;
   };
@@ -279,7 +279,7 @@ class Reader {
       lines += static_cast<int>(std::count(data.begin() + static_cast<long>(lines_to), data.begin() + static_cast<long>(at), '\n'));
       lines_to = at;
     }
-    raw.push_back({id, type, physicals.empty() ? 0 : physicals[0], physicals, std::move(nodes), binary ? 0 : lines});
+    raw.push_back({id, type, physicals, std::move(nodes), binary ? 0 : lines});
   }
   Type known_type(long number) {
     Type t = type_of(static_cast<int>(number));
@@ -335,44 +335,75 @@ class Reader {
     }
   }
 
+  bool has_several_groups(int dimension) const {
+    std::set<int> groups;
+    for (const Raw& r : raw)
+      if (type_of(r.type).dimension == dimension) groups.insert(r.more.begin(), r.more.end());
+    return groups.size() > 1;
+  }
+
+  // The nodes of an element, as the model counts them.
+  std::vector<int> nodes_of_element(const Raw& r) const {
+    std::vector<int> nodes;
+    for (long n : r.nodes) {
+      const auto it = node_index.find(n);
+      if (it == node_index.end()) fail(r, fmt::format("element {}: node {} is not there", r.id, n));
+      nodes.push_back(it->second);
+    }
+    return nodes;
+  }
+
+  void add_fe_element(const Raw& r, const Type& t, const std::vector<int>& nodes) {
+    if (!t.usable)
+      fail(r, fmt::format("element {}: gmsh type {} ({} nodes) cannot be used: tetrahedra of 4 or 10 nodes, hexahedra of 8 or 20, wedges "
+                          "of 6 or 15, shells of 3, 4, 6 or 8 can",
+                          r.id, r.type, t.nodes));
+    FeElement e;
+    e.id = static_cast<int>(r.id);
+    e.shape = t.shape;
+    if (t.shape == FeShape::hexahedron8) e.formulation = FeFormulation::incompatible;
+    if (t.shape == FeShape::hexahedron20) e.formulation = FeFormulation::reduced;
+    e.first = static_cast<int>(model.connectivity.size());
+    e.count = t.nodes;
+    e.line = r.line;
+    for (int i = 0; i < t.nodes; ++i) model.connectivity.push_back(nodes[t.order[i]]);
+    model.elements.push_back(e);
+  }
+
   void finish() {
     int dimension = 0;
     for (const Raw& r : raw) dimension = std::max(dimension, type_of(r.type).dimension);
     if (dimension < 2) fail("the mesh has neither volume nor surface elements");
     std::map<std::string, std::set<int>> nodes_of, elements_of;
+    // Format 2 repeats an element for each further physical group that it belongs to.
+    std::map<std::vector<int>, int> written;
+    const bool repeats = !four && has_several_groups(dimension);
+    std::vector<std::vector<int>> lower;
     for (const Raw& r : raw) {
       const Type t = type_of(r.type);
-      std::vector<int> nodes;
-      for (long n : r.nodes) {
-        const auto it = node_index.find(n);
-        if (it == node_index.end()) fail(r, fmt::format("element {}: node {} is not there", r.id, n));
-        nodes.push_back(it->second);
-      }
+      std::vector<int> nodes = nodes_of_element(r);
       std::vector<std::string> names;
       for (int p : r.more) {
-        const auto it = physical_names.find({t.dimension, p});
-        names.push_back(it != physical_names.end() ? it->second : fmt::format("{}", p));
+        const auto it = physical_names.find({t.dimension, std::abs(p)});
+        names.push_back(it != physical_names.end() ? it->second : fmt::format("{}", std::abs(p)));
         for (int n : nodes) nodes_of[names.back()].insert(n);
       }
-      if (t.dimension != dimension) continue;
-      if (!t.usable)
-        fail(r, fmt::format("element {}: gmsh type {} ({} nodes) cannot be used: tetrahedra of 4 or 10 nodes, hexahedra of 8 or 20, wedges "
-                            "of 6 or 15, shells of 3 or 4 can",
-                            r.id, r.type, t.nodes));
-      FeElement e;
-      e.id = static_cast<int>(r.id);
-      e.shape = t.shape;
-      if (t.shape == FeShape::hexahedron8) e.formulation = FeFormulation::incompatible;
-      if (t.shape == FeShape::hexahedron20) e.formulation = FeFormulation::reduced;
-      e.first = static_cast<int>(model.connectivity.size());
-      e.count = t.nodes;
-      e.line = r.line;
-      for (int i = 0; i < t.nodes; ++i) model.connectivity.push_back(nodes[t.order[i]]);
-      for (const std::string& name : names) elements_of[name].insert(static_cast<int>(model.elements.size()));
-      model.elements.push_back(e);
+      if (t.dimension != dimension) {
+        if (t.dimension > 0) lower.push_back(std::move(nodes));
+        continue;
+      }
+      auto index = static_cast<int>(model.elements.size());
+      if (repeats) {
+        std::vector<int> key = nodes;
+        std::sort(key.begin(), key.end());
+        index = written.try_emplace(std::move(key), index).first->second;
+      }
+      for (const std::string& name : names) elements_of[name].insert(index);
+      if (index == static_cast<int>(model.elements.size())) add_fe_element(r, t, nodes);
     }
     for (auto& [name, set] : nodes_of) model.node_sets[name].assign(set.begin(), set.end());
     for (auto& [name, set] : elements_of) model.element_sets[name].assign(set.begin(), set.end());
+    warn_of_loose_cells(model, lower);
   }
 };
 

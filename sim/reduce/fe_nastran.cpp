@@ -366,7 +366,10 @@ const NastranCard& NastranReader::property(const NastranCard& c, std::initialize
   const auto it = properties.find(id);
   if (const auto other = other_properties.find(id); it == properties.end() && other != other_properties.end())
     deck.fail(c, fmt::format("property {} is a {}; {} can be read", id, other->second, fmt::join(names, ", ")));
-  if (it == properties.end()) deck.fail(c, fmt::format("property {} is not there", id));
+  // Once for all its elements, at the first of them.
+  if (it == properties.end())
+    deck.fail(*missing_properties.try_emplace(id, &c).first->second,
+              fmt::format("property {} is not there: give its card ({})", id, fmt::join(names, ", ")));
   if (std::none_of(names.begin(), names.end(), [&](const char* n) { return it->second->name == n; }))
     deck.fail(c, fmt::format("property {} is a {}; {} can be read", id, it->second->name, fmt::join(names, ", ")));
   return *it->second;

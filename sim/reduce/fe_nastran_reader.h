@@ -80,10 +80,11 @@ class NastranReader {
   std::vector<const NastranCard*> elements, ties, supports, equations;
   const NastranCard *grid_defaults = nullptr, *bar_defaults = nullptr, *beam_defaults = nullptr;  // GRDSET, BAROR, BEAMOR
   std::set<std::string> told;
-  std::set<int> bad_grids;                      // whose own cards are complained of
-  std::map<std::string, int> refused_more;      // of a refusal: how often again
-  std::map<int, std::string> other_properties;  // cards of properties that cannot be read
-  std::map<int, std::set<int>> unions;          // SPCADD, MPCADD
+  std::set<int> bad_grids;                               // whose own cards are complained of
+  std::map<std::string, int> refused_more;               // of a refusal: how often again
+  std::map<int, std::string> other_properties;           // cards of properties that cannot be read
+  std::map<int, const NastranCard*> missing_properties;  // the first card that names each
+  std::map<int, std::set<int>> unions;                   // SPCADD, MPCADD
   std::unordered_map<int, int> node_at;
   std::map<int, int> displacement;  // node -> coordinates of its motions
   std::map<int, int> material_at, shell_layup;

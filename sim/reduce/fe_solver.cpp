@@ -229,7 +229,9 @@ FeModes FeSolver::modes(int count, double eigenvalue_limit, const MatX& hold, co
         if (residual > 1e-6 * theta(converged)) break;
       }
       if (progress) progress(fmt::format("modes: block {}, {} of {} converged", result.iterations, converged, wanted(lambda)));
-      if (exhausted && !enough) throw SimulationError(fmt::format("only {} of {} modes stand out from rounding errors", m, wanted(lambda)));
+      if (exhausted && !enough)
+        throw SimulationError(
+            fmt::format("only {} of {} modes stand out from rounding errors: ask for no more (--modes {})", m, wanted(lambda), m));
       if ((enough && converged >= need) || exhausted) {
         result.eigenvalues = lambda.head(need);
         result.vectors = MatX::Zero(n, need);

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 namespace flexframe::sim {
 namespace {
@@ -190,6 +191,22 @@ FeContact contact_of(const std::string& word) {
   throw InputError(fmt::format("contact {} is unknown; allowed: refuse, tie, open", quote(word)));
 }
 
+// What to do with a model of another kind.
+std::string way_from(const std::string& ending) {
+  static const std::map<std::string, const char*> ways = {
+      {".unv", "Of an I-DEAS file gmsh makes a mesh: gmsh -0 FILE.unv -format msh41 -o FILE.msh; materials come with --material"},
+      {".vtk", "Save it as .vtu (ParaView, meshio); materials come with --material"},
+      {".cdb", "Of an Ansys model save the mesh as .vtu (PyVista), or K and M as .mtx"},
+      {".rad", "Of a Radioss or LS-DYNA deck write one of Abaqus or Nastran in the preprocessor"},
+      {".k", "Of a Radioss or LS-DYNA deck write one of Abaqus or Nastran in the preprocessor"},
+      {".key", "Of a Radioss or LS-DYNA deck write one of Abaqus or Nastran in the preprocessor"},
+      {".fem", "A deck of OptiStruct is Nastran's where it has bulk data alone: name it .bdf"},
+      {".pch", "Name bulk data .bdf"},
+      {".mesh", "gmsh makes a .msh of it: gmsh -0 FILE.mesh -format msh41 -o FILE.msh"}};
+  const auto way = ways.find(ending);
+  return way == ways.end() ? "" : fmt::format(". {}", way->second);
+}
+
 FeModel read_model(const ReduceRequest& request, const FeUnits& units) {
   const std::string ending = plain_lower(request.model.extension().string());
   if (ending == ".inp") return read_inp(request.model, units, contact_of(request.contact));
@@ -200,8 +217,8 @@ FeModel read_model(const ReduceRequest& request, const FeUnits& units) {
   if (std::find(further.begin(), further.end(), ending) != further.end()) return request.further_reader(request.model, units);
   throw InputError(
       fmt::format("{}: '{}' is no known kind of model: .inp (Abaqus, CalculiX), .bdf .nas .dat (Nastran), .msh (gmsh), .sti "
-                  "(CalculiX matrices), .mtx (Matrix Market) can be read, by the program 'flexframe reduce' .med and .vtu too",
-                  request.model.string(), ending));
+                  "(CalculiX matrices), .mtx (Matrix Market) can be read, by the program 'flexframe reduce' .med and .vtu too{}",
+                  request.model.string(), ending, way_from(ending)));
 }
 
 // The ranges of the numbers; the negation finds what is no number too.
@@ -231,6 +248,7 @@ RequestedReduction reduce(const ReduceRequest& request, const std::function<void
   FeModel model = read_model(request, units);
   complete_materials(model, request);
   for (std::string& text : unit_warnings(model, units)) model.warnings.push_back(std::move(text));
+  for (std::string& text : doubled_solids(model)) model.warnings.push_back(std::move(text));
   for (const std::string& text : request.interfaces) options.interfaces.push_back(interface_of(model, text));
   for (int id : request.nodes) options.nodes.push_back(node_of(model, fmt::format("{}", id)));
   for (const std::string& set : request.node_sets)

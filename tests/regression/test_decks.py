@@ -353,6 +353,12 @@ with temporary_folder() as name:
     answer = run("reduce", put("deck.inp", bad), "-o", folder / "body.sid", code=2).stderr
     for words in ("*TIE", "mesh it with solids or shells", "*NCOPY"):
         expect(words in answer and answer.count("deck.inp:") >= 3, f"refusals: {answer}")
+    # Of elements of a mesher whose properties are not there each property is told once.
+    bare = "GRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\nGRID,3,,0.,1.,0.\nGRID,4,,1.,1.,0.\n"
+    bare += "CTRIA3,1,5,1,2,3\nCTRIA3,2,5,2,4,3\nCROD,3,6,1,2\nENDDATA\n"
+    answer = run("reduce", put("deck.bdf", bare), "-o", folder / "body.sid", code=2).stderr
+    for words in ("deck.bdf:5: CTRIA3: property 5 is not there: give its card (PSHELL", "deck.bdf:7: CROD: property 6 is not there"):
+        expect(answer.count(words) == 1 and answer.count("is not there") == 2, f"missing properties: {answer}")
     # What a deck says beside the linear structure is told, not passed over in silence.
     beside = plain.replace("*DENSITY", "*DAMPING, ALPHA=10.\n*DENSITY") + "*INITIAL CONDITIONS, TYPE=STRESS\n1, 1, 1e8, 0, 0, 0, 0, 0\n"
     beside += "*STEP\n*STATIC\n*BOUNDARY\nROOT, 1, 3\n*MODEL CHANGE, TYPE=ELEMENT, REMOVE\n4\n*END STEP\n"

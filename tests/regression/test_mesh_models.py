@@ -184,6 +184,59 @@ def groups_are_sets(folder):
     near(made["mass"], wanted["mass"], 1e-9 * wanted["mass"], "mass of two values of VTK")
 
 
+def msh(kind, points, cells, groups):
+    """gmsh's format 2.2; groups: (dimension, number of gmsh's type, group, nodes) of each element."""
+    text = '$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n3 1 "all"\n3 2 "right"\n$EndPhysicalNames\n'
+    text += (
+        f"$Nodes\n{len(points)}\n" + "".join(f"{n + 1} {x!r} {y!r} {z!r}\n" for n, (x, y, z) in enumerate(points.tolist())) + "$EndNodes\n"
+    )
+    rows = [f"{k + 1} {of} 2 {group} 1 " + " ".join(str(n + 1) for n in nodes) for k, (of, group, nodes) in enumerate(groups)]
+    return text + f"$Elements\n{len(rows)}\n" + "\n".join(rows) + "\n$EndElements\n"
+
+
+def elements_of_gmsh(folder):
+    """Format 2 writes an element again for each further group that it is in: it is one all the same. Shells of second order."""
+    points, cells = grid("C3D8I")
+    half = len(cells) // 2
+    once = [(5, 1, c) for c in cells]
+    again = [(5, 2, c) for c in cells[half:]]
+    (folder / "m.inp").write_text(inp("C3D8I", points, cells) + f"*ELSET, ELSET=RIGHT, GENERATE\n{half + 1}, {len(cells)}\n")
+    words = ["--material", STEEL, "--material", "RIGHT=7e10,0.3,2700"]
+    wanted = reduce(folder, folder / "m.inp", *words)
+    (folder / "m.msh").write_text(msh("C3D8I", points, cells, once + again))
+    made = reduce(folder, folder / "m.msh", *words)
+    near(made["mass"], wanted["mass"], 1e-9 * wanted["mass"], "mass of elements in two groups of gmsh")
+    for a, b in zip(made["frequencies"], wanted["frequencies"]):
+        near(a, b, 1e-8 * b, "elements in two groups of gmsh")
+    # Written twice in a deck they do count twice, which is told.
+    twice = inp("C3D8I", points, cells + cells[:1])
+    (folder / "twice.inp").write_text(twice)
+    told = reduce(folder, folder / "twice.inp", "--material", STEEL)["warnings"]
+    expect(any("1 solids lie on the same nodes as others (element 25 on those of element 1)" in w for w in told), f"twice: {told}")
+    # A bar that stands off the solids is left out, and that is told.
+    far = np.vstack([points, [[2.0, 0.0, 0.0]]])
+    (folder / "bar.msh").write_text(msh("C3D8I", far, cells, once + [(1, 3, [0, len(points)]), (1, 3, [0, 1])]))
+    told = reduce(folder, folder / "bar.msh", "--material", STEEL)["warnings"]
+    expect(any("1 surface and line cells are left out" in w for w in told), f"a bar beside solids: {told}")
+    for kind, of, edges in (("S6", 9, [(0, 1), (1, 2), (2, 0)]), ("S8R", 16, [(0, 1), (1, 2), (2, 3), (3, 0)])):
+        points, cells = grid("S3" if kind == "S6" else "S4")
+        points, middle = points.tolist(), {}
+        for cell in cells:
+            for a, b in edges:
+                pair = tuple(sorted((cell[a], cell[b])))
+                if pair not in middle:
+                    middle[pair] = len(points)
+                    points.append([(u + v) / 2 for u, v in zip(points[pair[0]], points[pair[1]])])
+                cell.append(middle[pair])
+        points = np.array(points)
+        (folder / "s.inp").write_text(inp(kind, points, cells))
+        (folder / "s.msh").write_text(msh(kind, points, cells, [(of, 1, c) for c in cells]))
+        shell = ["--material", STEEL, "--thickness", "0.01"]
+        wanted, made = (reduce(folder, folder / f"s.{ending}", *shell)["frequencies"] for ending in ("inp", "msh"))
+        for a, b in zip(made, wanted):
+            near(a, b, 1e-8 * b, f"{kind} of gmsh")
+
+
 def wrong_files(folder):
     points, cells = grid("C3D4")
     good = vtu("C3D4", points, cells)
@@ -215,7 +268,11 @@ def wrong_files(folder):
     with h5py.File(folder / "a.med", "w") as file:
         file["x"] = [1.0]
     refused("other.med", (folder / "a.med").read_bytes(), "no MED file")
+    # Polygons beside no solid would be missing from a shell.
+    write_med(folder / "a.med", {"TR3": ([[0, 1, 2]], [0]), "POG": ([[2, 3, 4, 5, 6]], [0])}, points)
+    refused("polygon.med", (folder / "a.med").read_bytes(), "polygons")
+    refused("mesh.unv", "    -1\n  2411\n", "gmsh -0 FILE.unv -format msh41")
     refused("avs.inp", "8 1 0 0 0\n1 0 0 0\n", "no line begins with a keyword")
 
 
-run_parts(every_kind, groups_are_sets, wrong_files)
+run_parts(every_kind, groups_are_sets, elements_of_gmsh, wrong_files)

@@ -5,6 +5,7 @@ import json
 import math
 import struct
 import time
+import zipfile
 
 from program import *
 
@@ -105,6 +106,13 @@ with temporary_folder() as name:
         "mesh.obj",
         vertices() + "vn 0 0 1\n" + faces(quads[::2], lambda i: f"{i + 1}//1") + faces(quads[1::2]),
     )
+    # Normals are light alone: a mesh whose faces name some that are not there, or are none, can be used.
+    for what, normals in (("none", ""), ("too few", "vn 0 0 1\n"), ("no numbers", "vn 0 0 1\nvn nan nan nan\nvn -nan(ind) 0 1\n")):
+        done = check(
+            f"faces with normals, {what} of them there", "mesh.obj", vertices() + normals + faces(quads, lambda i: f"{i + 1}//{1 + i % 3}")
+        )
+        expect(done is not None and "name normals ('vn')" in done.stdout + done.stderr, f"normals, {what} of them there, are told of")
+    check("faces with texture coordinates that are not there", "mesh.obj", vertices() + faces(quads, lambda i: f"{i + 1}/{i + 1}"))
     check("CRLF", "mesh.obj", plain.replace("\n", "\r\n"))
     check("bare carriage returns", "mesh.obj", plain.replace("\n", "\r"))
     check("comments, blanks and tabs", "mesh.obj", "# plate\n\n   \n" + plain.replace("v ", "\tv\t ").replace("\n", " # here\n# there\n"))
@@ -135,6 +143,10 @@ with temporary_folder() as name:
         soup,
         tolerance=1e-7,
     )
+    for what, direction in (("as C writes it", "-nan(ind) -nan(ind) -nan(ind)"), ("as C wrote it", "1.#QNAN 1.#QNAN 1.#QNAN")):
+        facets = "".join(facet.format("".join("vertex %.9g %.9g %.9g\n" % points[i] for i in t)) for t in triangles)
+        mended = "\ufeffsolid plate\n" + facets.replace("normal 0 0 1", "normal " + direction, 2) + "endsolid plate\n"
+        check("STL, no direction " + what, "mesh.stl", mended, soup, tolerance=1e-7)
     check(
         "STL, binary",
         "mesh.stl",
@@ -152,6 +164,14 @@ with temporary_folder() as name:
         "PLY",
         "mesh.ply",
         head + "".join("%.9g %.9g %.9g\n" % p for p in points) + "".join("4 %d %d %d %d\n" % q for q in quads),
+        tolerance=1e-7,
+    )
+    check(
+        "PLY with a remark in its header",
+        "mesh.ply",
+        head.replace("element vertex", "Created by hand\nelement vertex")
+        + "".join("%.9g %.9g %.9g\n" % p for p in points)
+        + "".join("4 %d %d %d %d\n" % q for q in quads),
         tolerance=1e-7,
     )
     data = b"".join(struct.pack("<3f", *p) for p in points) + b"".join(struct.pack("<3H", *t) for t in triangles)
@@ -176,6 +196,8 @@ with temporary_folder() as name:
     ]
     check("glTF with a scene of nodes", "mesh.gltf", json.dumps(gltf), [(y / 1.3, 1.3 - x, z) for x, y, z in points], tolerance=1e-6)
 
+    packed = json.dumps({**gltf, "extensionsUsed": ["KHR_mesh_quantization"], "extensionsRequired": ["KHR_mesh_quantization"]})
+
     # What no file may do.
     def refused(what, file, content, word):
         (folder / file).write_bytes(content.encode() if isinstance(content, str) else content)
@@ -199,6 +221,11 @@ with temporary_folder() as name:
     refused("PLY that ends early", "bad.ply", head + "0 0 0\n", "bad.ply")
     refused("PLY that ends in its header", "bad.ply", head[: len(head) // 2], "end_header")
     refused("glTF without its buffer", "bad.gltf", json.dumps({**gltf, "buffers": [{"byteLength": 99, "uri": "gone.bin"}]}), "bad.gltf")
+    with zipfile.ZipFile(folder / "parts.zip", "w") as parts:
+        for part in ("3D/3dmodel.model", "3D/Objects/a.model"):
+            parts.writestr(part, "<model/>")
+    refused("glTF of an extension", "bad.gltf", packed, "KHR_mesh_quantization")
+    refused("3MF of several files", "bad.3mf", (folder / "parts.zip").read_bytes(), "production extension")
     refused("an unknown format", "bad.xyzzy", "a letter to a friend\n", "bad.xyzzy")
 
     # A part whose file is in millimetres dwarfs the beam that it hangs on; with its unit nothing is said.
