@@ -1,5 +1,5 @@
-"""How the sections of a beam turn that bends and twists, to second order: what it carries at its end goes by it. A torque acts on its middle,
-a force on the end of a bracket at its tip. The truth is the rod of Kirchhoff under dead loads, integrated by scipy."""
+"""How the sections of a beam turn that bends and twists, to second order: what it carries at its end goes by it. A torque acts on its
+middle, a force on the end of a bracket at its tip. The truth is the rod of Kirchhoff under dead loads, integrated by scipy."""
 
 import math
 
