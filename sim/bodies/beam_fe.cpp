@@ -154,6 +154,8 @@ void FeBeam::Data::add_second_order(const AnyBasis& basis, FlexibleBody& body) c
     }
     if constexpr (few) body.nodes[i].phi2 = beam::second_order_at(running, root_in_body, x);
     else body.nodes[i].phi2 = beam::second_order_at(running, root, x, basis);
+    if constexpr (few) body.nodes[i].psi2 = beam::second_turns(running);
+    else body.nodes[i].psi2 = beam::second_turns(running, basis);
   }
 }
 

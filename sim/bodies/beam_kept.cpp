@@ -486,6 +486,7 @@ void set_second_order_of_nodes(const Beam& beam, const KeptFields& fields, const
                              Eigen::ArrayXd(Eigen::Map<Eigen::ArrayXd>(weight.data(), count)));
     }
     body.nodes[i].phi2 = beam::second_order_at(running, root, stations[i].x);
+    body.nodes[i].psi2 = beam::second_turns(running);
   }
 }
 

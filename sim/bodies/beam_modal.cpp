@@ -311,6 +311,7 @@ FlexibleBody modal_body(const BeamDef& def, const BeamEffects& effects, const Pr
     }
     done = x;
     body.nodes[i].phi2 = beam::second_order_at(running, root, x, Z);
+    body.nodes[i].psi2 = beam::second_turns(running, Z);
   }
   beam::set_rod_axis(body, p, effects, Z, {panels, 6, [&](int panel, double xi) { return rows_at(modes, (panel + xi) * h, L); }, root});
   return body;

@@ -319,6 +319,20 @@ void add_second_order_of(SecondOrder& sum, const Properties& p, const BeamEffect
   const Number wx = weight * x;
   if (effects.bending_xz) add_symmetric(sum.moment[1], row.theta, row.ds, -wx);
   if (effects.bending_xy) add_symmetric(sum.moment[2], row.theta, row.dphi_z, wx);
+  // psi2' = psi x psi' / 2
+  const Number half = 0.5 * weight, less = -0.5 * weight;
+  if (effects.bending_xz && effects.bending_xy) {
+    add_symmetric(sum.turn[0], row.phi_z, row.ds, half);
+    add_symmetric(sum.turn[0], row.s, row.dphi_z, less);
+  }
+  if (effects.bending_xy) {
+    add_symmetric(sum.turn[1], row.phi_z, row.dtheta, half);
+    add_symmetric(sum.turn[1], row.theta, row.dphi_z, less);
+  }
+  if (effects.bending_xz) {
+    add_symmetric(sum.turn[2], row.s, row.dtheta, half);
+    add_symmetric(sum.turn[2], row.theta, row.ds, less);
+  }
 }
 
 }  // namespace
@@ -350,6 +364,7 @@ SecondOrder::SecondOrder(int n) {
   set_zero(rate, n);
   set_zero(curl, n);
   set_zero(moment, n);
+  set_zero(turn, n);
 }
 
 void add_second_order(SecondOrder& sum, const Properties& p, const BeamEffects& effects, const FieldRows& row, double x, double weight) {
@@ -366,6 +381,7 @@ void add_part(SecondOrder& sum, const SecondOrder& part, int at) {
     sum.rate[a].block(at, at, n, n) += part.rate[a];
     sum.curl[a].block(at, at, n, n) += part.curl[a];
     sum.moment[a].block(at, at, n, n) += part.moment[a];
+    sum.turn[a].block(at, at, n, n) += part.turn[a];
   }
 }
 
@@ -374,7 +390,7 @@ void add_part(SecondOrder& sum, const SecondOrder& part, const MatX& rows) {
     for (std::size_t a = 0; a < 3; ++a)
       if ((from[a].array() != 0.0).any()) to[a].noalias() += rows.transpose() * MatX(from[a] * rows);
   };
-  add(part.rate, sum.rate), add(part.curl, sum.curl), add(part.moment, sum.moment);
+  add(part.rate, sum.rate), add(part.curl, sum.curl), add(part.moment, sum.moment), add(part.turn, sum.turn);
 }
 
 std::array<MatX, 3> second_order_at(const SecondOrder& sum, const FieldRows& root, double x, const Basis& Z) {
@@ -398,6 +414,18 @@ std::array<MatX, 3> second_order_at(const SecondOrder& sum, const FieldRows& roo
     if (phi2[a].isZero(0.0)) phi2[a].resize(0, 0);
   }
   return phi2;
+}
+std::array<MatX, 3> second_turns(const SecondOrder& sum, const Basis& Z) {
+  std::array<MatX, 3> psi2;
+  for (std::size_t a = 0; a < 3; ++a)
+    if (!sum.turn[a].isZero(0.0)) psi2[a] = congruent(sum.turn[a], Z);
+  return psi2;
+}
+std::array<MatX, 3> second_turns(const SecondOrder& sum) {
+  std::array<MatX, 3> psi2;
+  for (std::size_t a = 0; a < 3; ++a)
+    if (!sum.turn[a].isZero(0.0)) psi2[a] = sum.turn[a];
+  return psi2;
 }
 FieldRows in_coordinates(const FieldRows& row, const MatX& Z) {
   FieldRows out(static_cast<int>(Z.cols()));

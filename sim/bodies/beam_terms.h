@@ -70,6 +70,7 @@ struct SecondOrder {
   std::array<MatX, 3> rate;    // int phi2' ds without the part below
   std::array<MatX, 3> curl;    // int (theta x curvature) ds, y and z
   std::array<MatX, 3> moment;  // int s (theta x curvature) ds
+  std::array<MatX, 3> turn;    // int psi2' ds, where the beam twists
 };
 void add_second_order(SecondOrder& sum, const Properties& p, const BeamEffects& effects, const FieldRows& row, double x, double weight);
 void add_second_order(SecondOrder& sum, const Properties& p, const BeamEffects& effects, const FieldBlocks& rows, const Eigen::ArrayXd& x,
@@ -77,6 +78,9 @@ void add_second_order(SecondOrder& sum, const Properties& p, const BeamEffects& 
 // phi2 of the point x; n x n each, empty where it vanishes identically; or with sums and root rows that are in q already.
 std::array<MatX, 3> second_order_at(const SecondOrder& sum, const FieldRows& root, double x, const Basis& Z);
 std::array<MatX, 3> second_order_at(const SecondOrder& sum, const FieldRows& root, double x);
+// psi2 of the point up to which the sum runs, likewise.
+std::array<MatX, 3> second_turns(const SecondOrder& sum, const Basis& Z);
+std::array<MatX, 3> second_turns(const SecondOrder& sum);
 
 // The series of nodes for drawing carries phi2 up to this many numbers in all (32 MB).
 constexpr double kMaxSeriesNumbers = 4e6;

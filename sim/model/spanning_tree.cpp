@@ -241,7 +241,9 @@ void free_the_rest(Model& model, Graph& graph) {
     e.frame_b = add_own_frame(model, e.b, name);
     graph.add(e);
     graph.keep(graph.edges.size() - 1);
-    model.notes.tell(fmt::format("body '{}'", name), "is not joined to ground: it moves freely");
+    model.notes.tell(fmt::format("body '{}'", name),
+                     "is not joined to ground: it moves freely, and begins at the world's origin and at rest, where its joints do "
+                     "not say else; a joint of kind \"free\" gives it another place, turn and rates");
   }
 }
 

@@ -423,8 +423,11 @@ Unjudged simulate_as_called(const SimulateOptions& options, Called& called) {
 }
 
 // A run for which nobody chose a tolerance and whose estimated error is too large is made again with the tolerance that the warning
-// advises, as long as that costs little (price_at). What turns out to need twice the steps is given up.
+// advises, as long as that costs little (price_at), and somewhat more where an output is so far off that it is worth nothing. What
+// turns out to need twice the steps is given up.
 constexpr double cheap_repetition = 2e6;
+constexpr double worth_nothing = 0.1;
+constexpr double repetition_then = 1e7;
 constexpr int most_repetitions = 2;
 
 bool chosen_tolerance(const Scene& scene, const SimulateOptions& options) { return scene.simulation.tolerance || options.tolerance; }
@@ -436,7 +439,8 @@ std::optional<double> better_tolerance(const Scene& scene, const SimulateOptions
   if (chosen_tolerance(scene, options) || !options.estimate_error || !(run.error_estimate > enough)) return {};
   const double tolerance = advised_tolerance(run.tolerance, run.error_estimate);
   const double price = price_at(results, tolerance);
-  return price <= cheap_repetition ? std::optional(tolerance) : std::nullopt;
+  const double allowed = run.error_estimate > worth_nothing ? repetition_then : cheap_repetition;
+  return price <= allowed ? std::optional(tolerance) : std::nullopt;
 }
 
 // Whether a tighter run shows that the one before was so many times its estimate off: two runs that step over a vibration agree in what
@@ -455,7 +459,7 @@ std::optional<Unjudged> repeated(const Results& first, const SimulateOptions& op
   const auto method = std::find(method_words().begin(), method_words().end(), before.method);
   if (method != method_words().end() && before.method != method_name(Method::bdf))
     tight.method = static_cast<Method>(method - method_words().begin());
-  const double steps = 2.0 * growth_of_steps(before.tolerance, tolerance) * static_cast<double>(before.steps) + 1000.0;
+  const double steps = 2.0 * growth_of_steps(before.method, before.tolerance, tolerance) * static_cast<double>(before.steps) + 1000.0;
   tight.max_steps = std::min(steps, steps_allowed(called.scene, options));
   try {
     Unjudged again = simulate_as_called(tight, called);
@@ -562,13 +566,13 @@ Results run_scene(const Scene& scene, const SimulateOptions& options) {
   estimate_time(run);
   const SolverStatistics first = run.results.statistics;
   check_few_steps(scene, once, run, called);
+  if (std::optional<Unjudged> again = followed(scene, once, run, called)) run = std::move(*again);
   for (int round = 0; round < most_repetitions; ++round) {
     const std::optional<double> tolerance = better_tolerance(scene, options, run.results);
     std::optional<Unjudged> again = tolerance ? repeated(run.results, once, *tolerance, called) : std::nullopt;
     if (!again) break;
     run = std::move(*again);
   }
-  if (std::optional<Unjudged> again = followed(scene, once, run, called)) run = std::move(*again);
   judge(run, false);
   Results results = std::move(run.results);
   if (results.statistics.tolerance < first.tolerance)

@@ -85,15 +85,16 @@ constexpr double tightest = 1e-12;
 
 }  // namespace
 
-double growth_of_steps(double from, double to) {
-  constexpr double of_a_decade = 2.5;
+double growth_of_steps(const std::string& method, double from, double to) {
+  const double of_a_decade = method == method_name(Method::bdf) ? 1.5 : 2.5;
   return std::pow(of_a_decade, std::log10(from / to));
 }
 
 double price_at(const Results& run, double tolerance) {
   double evaluation = 3.0;
   for (const ResultBody& body : run.bodies) evaluation += 1.0 + static_cast<double>(body.q.cols());
-  return evaluation * static_cast<double>(run.statistics.evaluations) * growth_of_steps(run.statistics.tolerance, tolerance);
+  return evaluation * static_cast<double>(run.statistics.evaluations) *
+         growth_of_steps(run.statistics.method, run.statistics.tolerance, tolerance);
 }
 
 bool is_loose(const SolverStatistics& run) {

@@ -12,8 +12,9 @@ namespace flexframe::sim {
 // What the warning advises: how much tighter a run has to be for unasked_accuracy, in whole decades.
 double advised_tolerance(double tolerance, double error);
 
-// How many times the steps a run at another tolerance takes, with the methods of low order; those of the others grow less.
-double growth_of_steps(double from, double to);
+// How many times the steps a run of this method (its word) at another tolerance takes: as of methods of low order, but of backward
+// differences, whose order rises with the tolerance. Those of the other methods of high order grow less than told.
+double growth_of_steps(const std::string& method, double from, double to);
 
 // What a run like this one costs at another tolerance, in evaluations times what one of them takes by the number of coordinates: about
 // microseconds. CPU time would make results depend on how busy the machine is.
