@@ -19,7 +19,6 @@ struct LeavesPlane {
   std::string why;
 };
 
-// The plane's data of a model, step by step; throws LeavesPlane.
 // Whether weight along the plane's normal n deforms the body, in first or second order.
 bool bends_under_weight_along(const Vec3& n, const FlexibleBody& body) {
   if (body.n == 0) return false;
@@ -35,6 +34,7 @@ bool bends_under_weight_along(const Vec3& n, const FlexibleBody& body) {
   return second.cwiseAbs().maxCoeff() > rounding * largest;
 }
 
+// The plane's data of a model, step by step; throws LeavesPlane.
 struct Builder {
   const Model& model;
   const Work& work;
