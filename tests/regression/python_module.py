@@ -471,15 +471,19 @@ def interrupts():
         triangles = np.concatenate([corner + [0, n, n + 1], corner + [0, n + 1, 1]])
         return points[np.random.default_rng(2).choice(n * n, held, False)], points, triangles
 
-    # A call of a second or so, stopped in its first third, takes much less CPU than the whole: wall time would be other programs' too.
+    # A call of a second or so, stopped in its first third, takes much less CPU than the whole: wall time would be other programs' too. On a
+    # busy machine the signal may come late, so that one of three tries has to show it.
     def early(what, call):
         begin, work = time.time(), time.process_time()
         call()
         wall, work = time.time() - begin, time.process_time() - work
-        begin = time.process_time()
-        soon(0.3 * wall, call)
-        stopped = time.process_time() - begin
-        expect(stopped < 0.75 * work, f"Ctrl-C after 0.3 of {what} came through after {stopped:.2f} of {work:.2f} CPU s")
+        for _ in range(3):
+            begin = time.process_time()
+            soon(0.3 * wall, call)
+            stopped = time.process_time() - begin
+            if stopped < 0.75 * work:
+                return
+        expect(False, f"Ctrl-C after 0.3 of {what} came through after {stopped:.2f} of {work:.2f} CPU s")
 
     nodes, points, triangles = sheet(600, 100)
     waved = {"sheet": {"nodes": nodes, "displacement": np.zeros((2, 100, 3)), "points": points, "triangles": triangles}}

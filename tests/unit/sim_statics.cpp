@@ -430,8 +430,8 @@ TEST(Statics, StiffnessOfTreesByPartsEqualsDifferences) {
       central.col(k) = (f[1] - f[0]) / (2.0 * h);
     }
     EXPECT_LT((by_parts - central).cwiseAbs().maxCoeff(), 1e-7 * central.cwiseAbs().maxCoeff()) << scene << "\n" << text;
-    // One-sided differences err by more, a millionth of their step.
-    EXPECT_LT((by_parts - one_by_one).cwiseAbs().maxCoeff(), 1e-5 * central.cwiseAbs().maxCoeff());
+    // One-sided differences err by more, in proportion to their step and to how sections turn in second order.
+    EXPECT_LT((by_parts - one_by_one).cwiseAbs().maxCoeff(), 1e-4 * central.cwiseAbs().maxCoeff());
     // What stands between parts is far softer.
     double between = 0.0, off = 0.0;
     for (Eigen::Index i = 0; i < n; ++i)
