@@ -27,8 +27,11 @@ constexpr double bending_margin = 1.3, unmeasured = 1e300;
 constexpr double dearer_if_looser = 1.5, cheaper_if_looser = 0.6;
 
 // CPU s for all of its runs, by what the first one takes: a decade of tolerance costs two to three times as much, and each run is judged by
-// others. Beyond that the search begins, which does as much with fewer modes.
-double straight_allowance(double first) { return std::max(5.0, std::min(20.0 * first, 5.0 + 2.0 * first)); }
+// others. Beyond that the search begins, which does as much with fewer modes; where it may choose none it has nothing else to try.
+double straight_allowance(double first, bool fewer_modes) {
+  const double allowed = std::max(5.0, std::min(20.0 * first, 5.0 + 2.0 * first));
+  return fewer_modes ? allowed : std::max(allowed, search_allowance(first));
+}
 
 }  // namespace
 
@@ -62,7 +65,7 @@ bool Straight::run_pilot(const Scene& scene, bool again) {
   try {
     if (few_ == 0) run_ = run_judged(scene, o, t_.accuracy, again);
     else if (!run_few(o, again)) return false;
-    if (until_ > 1e299) until_ = start + straight_allowance(work_seconds() - start);
+    if (until_ > 1e299) until_ = start + straight_allowance(work_seconds() - start, t_.search.has_levels());
   } catch (const TooDear&) {
     return false;
   } catch (const SimulationError&) {
@@ -154,12 +157,13 @@ bool Straight::check(Finished& f) {
 }
 
 // Whether something is warned of that another setting may take away (mast of an L section, whose shear centre the model does not know: its
-// search took 500 times the run and warned of the same). misfits: eigenforms that are those of other ends, as the scene lists them, count:
+// search took 500 times the run and warned of the same), which a number of modes that the scene gives is not. misfits: eigenforms that are those of other ends, as the scene lists them, count:
 // more of them, which is what a search has, would not fit either.
 bool Straight::warned(const Notes& notes, bool misfits) const {
   const std::vector<Note>& of_scene = t_.search.warnings;
   return std::any_of(notes.all().begin(), notes.all().end(), [&](const Note& n) {
     return n.severity == Severity::warning && (misfits || !n.text.starts_with(misfit_words)) &&
+           !n.text.starts_with(unjudged_words) &&
            std::find(of_scene.begin(), of_scene.end(), n) == of_scene.end();
   });
 }
@@ -370,7 +374,7 @@ std::optional<Finished> Straight::go(const Scene& as_given) {
       if (std::optional<Finished> f = try_few(as_given, t_.search, allowed_for_few())) return f;
     }
     // Where that does not do, tighter steps may.
-    if (verdict == Verdict::rather_follow && !tried_) {
+    if (verdict == Verdict::rather_follow && may_try_following()) {
       if (std::optional<Finished> f = try_following()) return f;
       if (std::optional<Finished> f = try_few(as_given, search, few_or_try())) return f;
     }

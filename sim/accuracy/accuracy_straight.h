@@ -63,6 +63,8 @@ class Straight {
   StraightRun for_search(bool kept) const;
   Verdict verdict_as_called(const Scene& scene);
   std::optional<Finished> follow_first();
+  double allowed_to_follow() const;
+  bool may_try_following() const;
   std::optional<Finished> try_following();
   bool bring_what_shifts();
   bool bring(double worth, bool blows = false);
@@ -132,6 +134,7 @@ class Straight {
   Histories fine_, looser_;
   bool has_looser_ = false;
   bool tried_ = false;                                    // to follow vibrations
+  double tried_for_ = 1e300;                              // CPU s of work that it was given
   bool tried_few_ = false;                                // modes, beside dear steps
   double few_in_vain_ = 0.0;                              // CPU s that they had and were too few
   bool brought_ = false;                                  // what kept it from being judged

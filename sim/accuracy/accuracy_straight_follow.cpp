@@ -149,19 +149,29 @@ double Straight::most_for_few() const {
   return std::max(few_allowance, runs * run_.results.statistics.work);
 }
 
+double Straight::allowed_to_follow() const {
+  if (few_ > 0) return shortest;
+  return t_.search.rings ? std::max(0.3, run_.results.statistics.work) : allowed_to_try();
+}
+
+// Once; where no search could do with fewer modes, again for several times as long, as the steps over vibrations have become that dear.
+// (Damped spatial loop of elastic links, asked for 1e-2: 0.14 CPU s beside a run at 1e-3 were too few, and a search of 23 CPU s left it
+// 0.18 off; the method takes 1.4 CPU s.)
+bool Straight::may_try_following() const {
+  constexpr double longer = 3.0;
+  return !tried_ || (!t_.search.has_levels() && allowed_to_follow() > longer * tried_for_);
+}
+
 // Follows them for a while; where that does not keep the accuracy all is as it was before.
 std::optional<Finished> Straight::try_following() {
   tried_ = true;
+  tried_for_ = allowed_to_follow();
   // What is damped far may have decays so fast that the method takes a step for each: tighter steps of an implicit one are the other way.
-  const double begun = work_seconds(), run = run_.results.statistics.work;
+  const double begun = work_seconds();
   const JudgedRun stepped = run_;
   const Search search = t_.search;
   if (judge_effects(true))
-    if (std::optional<Finished> f = follow_vibrations(few_ > 0          ? shortest
-                                                      : t_.search.rings ? std::max(0.3, run)
-                                                                        : allowed_to_try());
-        f && f->error <= t_.accuracy)
-      return f;
+    if (std::optional<Finished> f = follow_vibrations(tried_for_); f && f->error <= t_.accuracy) return f;
   run_ = stepped;
   t_.search = search;
   until_ += work_seconds() - begun;

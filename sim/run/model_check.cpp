@@ -532,8 +532,8 @@ void check_elements(const Scene& scene, const std::vector<EffectState>& states, 
       out.notes.tell(owner, "vibrates faster than the samples show, or in waves; what more elements would change could not be told");
     else if (!found)
       out.notes.warn(owner,
-                     "the scene gives its number of elements or modes, and the influence of more of them could not be measured: it is not "
-                     "part of the estimated error");
+                     fmt::format("{}, and the influence of more of them could not be measured: it is not part of the estimated error",
+                                 unjudged_words));
     else if (found->share > judged.asked)
       out.notes.warn(owner, fmt::format("with {} {} changes by {:.2g} of its range: {}", more, found->column, found->share,
                                         two ? "take model = \"mixed\" with volumes = 2 and as many elements (one volume is computed with "

@@ -29,6 +29,8 @@ void list_effects(const std::vector<EffectState>& states, const std::string& bod
 
 // How the note or warning about a beam of eigenforms begins, whose owner it is.
 inline constexpr std::string_view misfit_words = "its modes are those of";
+// What a warning begins with that nobody has judged the number of elements or modes that the scene gives.
+inline constexpr std::string_view unjudged_words = "the scene gives its number of elements or modes";
 
 struct ModelCheckOptions {
   double asked = 1e-2;                       // error of an output that is tolerated, relative to its range

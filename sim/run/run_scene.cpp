@@ -423,8 +423,8 @@ Unjudged simulate_as_called(const SimulateOptions& options, Called& called) {
 }
 
 // A run for which nobody chose a tolerance and whose estimated error is too large is made again with the tolerance that the warning
-// advises, as long as that costs little (price_at), and somewhat more where an output is so far off that it is worth nothing. What
-// turns out to need twice the steps is given up.
+// advises, as long as that costs little (price_at), and somewhat more where an output is so far off that it is worth nothing: then a decade
+// or more on the way to it is better than nothing too. What turns out to need twice the steps, or far more work, is given up.
 constexpr double cheap_repetition = 2e6;
 constexpr double worth_nothing = 0.1;
 constexpr double repetition_then = 1e7;
@@ -438,9 +438,11 @@ std::optional<double> better_tolerance(const Scene& scene, const SimulateOptions
   const double enough = is_looked_at_tighter(results) ? 0.5 * unasked_accuracy : unasked_accuracy;
   if (chosen_tolerance(scene, options) || !options.estimate_error || !(run.error_estimate > enough)) return {};
   const double tolerance = advised_tolerance(run.tolerance, run.error_estimate);
-  const double price = price_at(results, tolerance);
-  const double allowed = run.error_estimate > worth_nothing ? repetition_then : cheap_repetition;
-  return price <= allowed ? std::optional(tolerance) : std::nullopt;
+  const bool worthless = run.error_estimate > worth_nothing;
+  if (price_at(results, tolerance) <= (worthless ? repetition_then : cheap_repetition)) return tolerance;
+  for (double nearer = 10.0 * tolerance; worthless && nearer < 0.11 * run.tolerance; nearer *= 10.0)
+    if (price_at(results, nearer) <= repetition_then) return nearer;
+  return {};
 }
 
 // Whether a tighter run shows that the one before was so many times its estimate off: two runs that step over a vibration agree in what
@@ -459,14 +461,23 @@ std::optional<Unjudged> repeated(const Results& first, const SimulateOptions& op
   const auto method = std::find(method_words().begin(), method_words().end(), before.method);
   if (method != method_words().end() && before.method != method_name(Method::bdf))
     tight.method = static_cast<Method>(method - method_words().begin());
-  const double steps = 2.0 * growth_of_steps(before.method, before.tolerance, tolerance) * static_cast<double>(before.steps) + 1000.0;
+  const double growth = growth_of_steps(before.method, before.tolerance, tolerance);
+  const double steps = 2.0 * growth * static_cast<double>(before.steps) + 1000.0;
   tight.max_steps = std::min(steps, steps_allowed(called.scene, options));
+  const double work = 0.5 + std::max(2e-6 * price_at(first, tolerance), growth * before.work);
+  tight.progress = [&, in_time = give_up_after(work)](double time) {
+    if (options.progress) options.progress(time);
+    in_time(time);
+  };
   try {
     Unjudged again = simulate_as_called(tight, called);
+    again.options.progress = options.progress;
     estimate_time(again);
     const bool better = again.results.statistics.error_estimate < before.error_estimate || told_too_little(first, again.results, 1.0);
     return better ? std::optional(std::move(again)) : std::nullopt;
   } catch (const SimulationError&) {
+    return {};
+  } catch (const BudgetSpent&) {
     return {};
   }
 }
@@ -475,6 +486,10 @@ std::optional<Unjudged> repeated(const Results& first, const SimulateOptions& op
 // tolerance or a method, and that is too much, vibrations are followed, though a step then costs more than "auto" spends by itself. It has
 // to bring more than two estimates, each of which holds within a factor, may be apart.
 constexpr double much_less = 0.3;
+
+// Where an output is so far off that it is worth nothing it may take this many times the run, and CPU s. (Spatial loop of elastic links
+// that is let go: steps over vibrations 0.23 of a reaction off at 1e-6 after 0.7 CPU s, 0.06 at 1e-8 after 7; followed 2e-3 after 0.5.)
+constexpr double longer_then = 5.0, longest_then = 4.0;
 
 // none: they may not be followed, or that brings no more, takes longer than a check beside the run, or fails.
 std::optional<Unjudged> followed(const Scene& scene, const SimulateOptions& options, const Unjudged& run, Called& called) {
@@ -485,7 +500,8 @@ std::optional<Unjudged> followed(const Scene& scene, const SimulateOptions& opti
     return {};
   SimulateOptions other = options;
   other.method = Method::exponential;
-  other.progress = [&, in_time = give_up_after(std::max(2.0 * least_check, check_price * before.work))](double time) {
+  const double then = before.error_estimate > worth_nothing ? std::min(longer_then * before.work, longest_then) : 0.0;
+  other.progress = [&, in_time = give_up_after(std::max({2.0 * least_check, check_price * before.work, then}))](double time) {
     if (options.progress) options.progress(time);
     in_time(time);
   };
