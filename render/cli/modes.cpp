@@ -6,6 +6,7 @@
 #include "render/cli/terminal.h"
 #include "render/film/diagram.h"
 #include "render/film/overlay.h"
+#include "sim/base/error.h"
 #include "sim/base/file_output.h"
 #include "sim/base/words.h"
 #include "sim/bodies/body_file.h"
@@ -201,6 +202,34 @@ std::string mode_text(const sim::LinearMode& mode) {
   }
 }
 
+// What is known about a state and its modes, so that they are not read as what they are not: `modes` is where they are read.
+sim::Notes about_modes(const sim::System& system, const sim::Linearisation& linear) {
+  sim::Notes told = system.notes;
+  told.warn(linear.warnings);
+  // Where the start leaves its place because it is no equilibrium the equations change for that reason alone.
+  const bool change_anyway = linear.equilibrium && !linear.constant;
+  for (const std::string& note : linear.notes) {
+    if (change_anyway && note == sim::equations_change) told.warn("", note);
+    else told.tell("", note);
+  }
+  if (!linear.equilibrium)
+    told.warn("", linear.moving
+                      ? "the start is no steady motion, what can give way is not where that motion holds it: frequencies and damping "
+                        "are those about another state; start = \"static\" begins in it"
+                      : "the start is no equilibrium: frequencies and damping are those about places that the mechanism leaves; "
+                        "start = \"static\" begins in one");
+  if (linear.turning_axes)
+    told.tell("", "frequencies are those seen from the bodies that turn: seen from outside they differ by multiples of the turning rate");
+  return told;
+}
+
+// How right the frequencies are, and vibrations that the model does not have.
+void tell_how_right(const sim::System& system, const sim::Linearisation& linear, sim::Notes& told) {
+  const double highest = sim::sixth_frequency(linear);
+  sim::tell_of_frequencies(system, linear, sim::richer_beams(system, told), sim::unasked_accuracy, highest, told);
+  sim::tell_of_left_vibrations(system, linear, highest, sim::Severity::warning, told);
+}
+
 std::vector<int> chosen_modes(const ModesWords& w, size_t count) {
   std::vector<int> modes = w.modes;
   // Of many the first are what one wants to see.
@@ -214,23 +243,21 @@ std::vector<int> chosen_modes(const ModesWords& w, size_t count) {
 void animate_mechanism(const ModesWords& w) {
   const Job job = read_job(w.body, w.settings);
   const sim::System system = sim::make_system(job.scene);
-  sim::Linearisation linear = sim::linearise(system);
-  sim::Notes told;
-  sim::tell_of_frequencies(system, linear, sim::richer_beams(system, told), sim::unasked_accuracy, sim::sixth_frequency(linear), told);
-  sim::tell_of_left_vibrations(system, linear, sim::sixth_frequency(linear), sim::Severity::warning, told);
-  for (std::string& warning : told.texts(sim::Severity::warning)) linear.warnings.push_back(std::move(warning));
-  for (std::string& note : told.texts(sim::Severity::note)) linear.notes.push_back(std::move(note));
+  const sim::Linearisation linear = sim::linearise(system);
   if (linear.modes.empty()) throw sim::InputError(fmt::format("{}: the mechanism has no degree of freedom", w.body));
+  sim::Notes told = about_modes(system, linear);
+  tell_how_right(system, linear, told);
+  const std::vector<std::string> warnings = told.texts(sim::Severity::warning), notes = told.texts(sim::Severity::note);
   const std::vector<int> modes = chosen_modes(w, linear.modes.size());
-  nlohmann::ordered_json json = {{"warnings", linear.warnings}, {"notes", linear.notes}, {"modes", nlohmann::ordered_json::array()}};
+  nlohmann::ordered_json json = {{"warnings", warnings}, {"notes", notes}, {"modes", nlohmann::ordered_json::array()}};
   for (const sim::LinearMode& mode : linear.modes)
     json["modes"].push_back({{"frequency", mode.frequency},
                              {"damping", mode.damping},
                              {"pole", {mode.pole.real(), mode.pole.imag()}},
                              {"what", mode_text(mode)}});
   if (!w.json) {
-    for (const std::string& warning : linear.warnings) fmt::print("WARNING    {}\n", warning);
-    for (const std::string& note : linear.notes) fmt::print("note       {}\n", note);
+    for (const std::string& warning : warnings) fmt::print("WARNING    {}\n", warning);
+    for (const std::string& note : notes) fmt::print("note       {}\n", note);
     for (size_t k = 0; k < linear.modes.size() && k < 40; ++k) fmt::print("mode {:>3}   {}\n", k + 1, mode_text(linear.modes[k]));
   }
   if (w.no_pictures) {
@@ -286,6 +313,7 @@ class ModeTable {
  public:
   ModeTable(const ModesWords& w, const std::string& over, const std::string& label)
       : name_(fs::path(w.body).stem().string()),
+        over_(over),
         out_(w.out.empty() ? fs::path(name_ + "-modes") : fs::path(w.out)),
         csv_(over + ",mode,kind,frequency,damping,real,imaginary\n"),
         diagram_{.title = name_ + ": modes over " + over, .x_label = label, .y_label = "frequency, Hz", .note = {}, .series = {}},
@@ -296,6 +324,7 @@ class ModeTable {
   }
   void add(double value, const std::vector<sim::LinearMode>& modes) {
     int number = 0;
+    ++values_;
     for (const sim::LinearMode& mode : modes) {
       constexpr const char* kinds[]{"unstable", "rigid", "vibration", "overdamped"};
       csv_ += fmt::format("{},{},{},{},{},{},{}\n", value, ++number, kinds[mode.kind], mode.frequency, mode.damping, mode.pole.real(),
@@ -304,20 +333,52 @@ class ModeTable {
         (mode.kind == sim::LinearMode::unstable ? unstable_ : stable_).points.push_back({value, mode.frequency, false, {}});
     }
   }
+  // What holds of the modes at a value. A sentence that comes at several is told once, with the numbers of the first.
+  void tell(double value, const sim::Notes& notes) {
+    for (const sim::Severity severity : {sim::Severity::warning, sim::Severity::note})
+      for (const std::string& text : notes.texts(severity)) {
+        const auto same = std::find_if(told_.begin(), told_.end(), [&](const Told& t) {
+          return t.severity == severity && without_numbers(t.text) == without_numbers(text);
+        });
+        if (same == told_.end()) told_.push_back({severity, text, value, 1});
+        else ++same->count;
+      }
+  }
+  int values() const { return values_; }
   void write() {
     diagram_.series.push_back(std::move(stable_));
     if (!unstable_.points.empty()) diagram_.series.push_back(std::move(unstable_));
     sim::write_whole_file(out_ / (name_ + ".csv"), csv_);
     sim::write_whole_file(out_ / (name_ + ".svg"), film::diagram_svg(diagram_));
+    for (const sim::Severity severity : {sim::Severity::warning, sim::Severity::note})
+      for (const Told& t : told_) {
+        if (t.severity != severity) continue;
+        const std::string also = t.count > 1 && t.count < values_ ? fmt::format(" and at {} more", t.count - 1) : "";
+        const std::string where = t.count == values_ ? "" : fmt::format("at {} = {:.6g}{}: ", over_, t.value, also);
+        fmt::print("{} {}{}\n", severity == sim::Severity::warning ? "WARNING   " : "note      ", where, t.text);
+      }
     fmt::print("modes      {}\ndiagram    {}\n", (out_ / (name_ + ".csv")).string(), (out_ / (name_ + ".svg")).string());
   }
 
  private:
-  std::string name_;
+  struct Told {
+    sim::Severity severity;
+    std::string text;
+    double value;
+    int count;
+  };
+  static std::string without_numbers(std::string text) {
+    std::erase_if(text, [](char c) { return (c >= '0' && c <= '9') || c == '.' || c == '-' || c == '+'; });
+    return text;
+  }
+
+  std::string name_, over_;
   fs::path out_;
   std::string csv_;
   film::Diagram diagram_;
   film::DiagramSeries stable_, unstable_;
+  std::vector<Told> told_;
+  int values_ = 0;
 };
 
 // At times of a run: of the mechanism as it stands there.
@@ -345,6 +406,12 @@ void modes_at_times(const ModesWords& w) {
         sim::require_sample_closed(s, false);
         const sim::Linearisation linear = sim::linearise(s);
         table.add(t, linear.modes);
+        // That they are those of one time is what was asked for.
+        sim::Notes told;
+        told.warn(linear.warnings);
+        for (const std::string& note : linear.notes)
+          if (note != sim::equations_change) told.tell("", note);
+        table.tell(t, told);
         fmt::print("t = {:.6g} s{}\n", t, linear.equilibrium ? "" : ": about the positions there, which the mechanism leaves");
         for (size_t k = 0; k < linear.modes.size() && k < 10; ++k) fmt::print("mode {:>3}   {}\n", k + 1, mode_text(linear.modes[k]));
       },
@@ -361,7 +428,23 @@ void sweep_modes(const ModesWords& w) {
     const double value = sweep.from + (sweep.to - sweep.from) * i / (sweep.count - 1);
     std::vector<std::string> settings = w.settings;
     settings.push_back(fmt::format("{}={}", sweep.name, value));
-    table.add(value, sim::linearise(sim::make_system(read_job(w.body, settings).scene)).modes);
+    // A column beyond its critical load ends a sweep no more than it ends a table by hand.
+    const Job job = read_job(w.body, settings);
+    try {
+      const sim::System system = sim::make_system(job.scene);
+      const sim::Linearisation linear = sim::linearise(system);
+      table.add(value, linear.modes);
+      sim::Notes told = about_modes(system, linear);
+      // How right they are costs several times as much as the modes: told at both ends.
+      if (i == 0 || i == sweep.count - 1) tell_how_right(system, linear, told);
+      table.tell(value, told);
+    } catch (const Error& e) {
+      const bool known = dynamic_cast<const sim::InputError*>(&e) || dynamic_cast<const sim::SimulationError*>(&e);
+      if (!known || (i == sweep.count - 1 && table.values() == 0)) throw;
+      sim::Notes told;
+      told.warn("", fmt::format("no modes: {}", e.what()));
+      table.tell(value, told);
+    }
     progress.show((i + 1.0) / sweep.count);
   }
   table.write();

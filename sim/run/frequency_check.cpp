@@ -15,6 +15,7 @@
 #include <cmath>
 #include <complex>
 #include <initializer_list>
+#include <map>
 #include <numbers>
 #include <optional>
 #include <set>
@@ -292,17 +293,33 @@ Compared compared_frequencies(const VecX& range, const std::vector<double>& reso
   return out;
 }
 
+// The largest response of its unit in column k, places and turns and their rates counted as one: what is nought by symmetry is nought
+// beside the others, though nothing else may turn.
+double largest_of_unit(const FrequencyResponse& r, Eigen::Index k, const std::string& unit, double size) {
+  const double w = 2.0 * std::numbers::pi * r.frequencies[k];
+  const std::map<std::string_view, double> metres = {{"m", 1.0},    {"m/s", 1.0 / w},    {"m/s^2", 1.0 / (w * w)},
+                                                     {"rad", size}, {"rad/s", size / w}, {"rad/s^2", size / (w * w)}};
+  constexpr double aside = 100.0;  // of another unit: what moves a millionth as far is no curve
+  const auto wanted = metres.find(unit);
+  double largest = 0.0;
+  for (size_t o = 0; o < r.units.size(); ++o) {
+    const double value = std::abs(r.values(static_cast<Eigen::Index>(o), k));
+    const auto has = metres.find(r.units[o]);
+    if (r.units[o] == unit) largest = std::max(largest, value);
+    else if (wanted != metres.end() && has != metres.end()) largest = std::max(largest, aside * value * has->second / wanted->second);
+  }
+  return largest;
+}
+
 // Takes the lowest frequency of both responses into account: changes by more than `least` of what the richer model gives.
-void compare_lowest(const FrequencyResponse& own, const FrequencyResponse& other, double least, Change& worst) {
+void compare_lowest(const FrequencyResponse& own, const FrequencyResponse& other, double length, double least, Change& worst) {
   constexpr double counts = 1e-8;  // of the largest of its unit: differences of outputs have some nine digits
   constexpr Eigen::Index at = Compared::middle;
   for (size_t c = 0; c < own.columns.size(); ++c) {
     const auto same = std::find(other.columns.begin(), other.columns.end(), own.columns[c]);
     if (same == other.columns.end()) continue;
     const auto there = static_cast<Eigen::Index>(same - other.columns.begin());
-    double largest = 0.0;  // of its unit
-    for (size_t o = 0; o < other.units.size(); ++o)
-      if (other.units[o] == own.units[c]) largest = std::max(largest, std::abs(other.values(static_cast<Eigen::Index>(o), at)));
+    const double largest = largest_of_unit(other, at, own.units[c], length);
     const double size = std::abs(other.values(there, at));
     if (size <= counts * largest) continue;
     const double off = std::abs(own.values(static_cast<Eigen::Index>(c), 0) - other.values(there, at)) / size;
@@ -319,7 +336,7 @@ double distance(std::complex<double> point, std::complex<double> from, std::comp
 // Changes by more than `least` at any of these frequencies, of what the richer model has nowhere about it, relative to its size there: at
 // least a share of the whole vector and of what the output has at the frequencies beside it, where it passes through zero. Beside a
 // resonance of either model three frequencies are no curve; how right it is its frequency tells.
-void compare_over_range(const FrequencyResponse& own, const FrequencyResponse& other, double least, Change& worst) {
+void compare_over_range(const FrequencyResponse& own, const FrequencyResponse& other, double length, double least, Change& worst) {
   constexpr double of_vector = 0.02, of_neighbours = 0.3, rounding = 1e-8;
   constexpr Eigen::Index per = Compared::beside;
   const Eigen::Index count = own.frequencies.size();
@@ -336,11 +353,11 @@ void compare_over_range(const FrequencyResponse& own, const FrequencyResponse& o
     const auto size_at = [&](Eigen::Index k) { return other.values.row(there).segment(per * k, per).cwiseAbs().maxCoeff(); };
     for (Eigen::Index k = 0; k < count; ++k) {
       if (k < Compared::over_range && resonates(own.frequencies[k])) continue;
-      double vector = 0.0, of_unit = 0.0;
+      double vector = 0.0;
+      const double of_unit = largest_of_unit(other, per * k + Compared::middle, own.units[c], length);
       for (size_t o = 0; o < other.columns.size(); ++o) {
         const double size = std::abs(other.values(static_cast<Eigen::Index>(o), per * k + Compared::middle));
         if (output_of(other.columns[o]) == output_of(own.columns[c])) vector = std::max(vector, size);
-        if (other.units[o] == own.units[c]) of_unit = std::max(of_unit, size);
       }
       const double before = size_at(std::max<Eigen::Index>(k - 1, 0)), after = size_at(std::min(k + 1, count - 1));
       const double size = std::max({size_at(k), of_vector * vector, of_neighbours * std::sqrt(before * after)});
@@ -362,6 +379,17 @@ VecX nearest(const VecX& own, const VecX& values) {
     out[i] = values[at];
   }
   return out;
+}
+
+// Of a richer model about its own equilibrium where `own` is about one: what more gives way, as a blade that lengthens as it turns, is not
+// held where the assembly leaves it. Beside an unstable one there is none to look for.
+Linearisation about_equilibrium(const Linearisation& own, const System& richer) {
+  Linearisation out = linearise(richer);
+  const bool unstable = !own.modes.empty() && own.modes.front().kind == LinearMode::unstable;
+  if (unstable || !own.equilibrium || out.equilibrium || richer.scene.simulation.static_start) return out;
+  Scene scene = richer.scene;
+  scene.simulation.static_start = true;
+  return linearise(make_system(scene));
 }
 
 VecX as_vector(const std::vector<double>& values) {
@@ -394,7 +422,9 @@ void tell_of_left_vibrations(const System& system, const Linearisation& linear, 
   if (!looked.system) return;
   std::vector<double> left;
   try {
-    left = further_vibrations(undamped_frequencies(linear), undamped_frequencies(linearise(*looked.system)), highest);
+    left = further_vibrations(undamped_frequencies(linear), undamped_frequencies(about_equilibrium(linear, *looked.system)), highest);
+  } catch (const InputError&) {
+    return;
   } catch (const SimulationError&) {
     return;
   }
@@ -452,7 +482,9 @@ void tell_of_frequencies(const System& system, const Linearisation& linear, cons
     const bool further = r.by == RicherBeams::By::further;
     VecX other;
     try {
-      other = undamped_frequencies(linearise(r.system));
+      other = undamped_frequencies(about_equilibrium(linear, r.system));
+    } catch (const InputError&) {  // it has no equilibrium
+      continue;
     } catch (const SimulationError&) {
       continue;
     }
@@ -495,8 +527,8 @@ void tell_of_response(const System& system, const Linearisation& linear, const F
       const Compared at = compared_frequencies(range, resonances, asked);
       const FrequencyResponse own = frequency_response(system, response.force, as_vector(at.own)),
                               other = frequency_response(r.system, response.force, as_vector(at.other));
-      compare_lowest(own, other, asked, worst);
-      compare_over_range(own, other, in_motion * asked, worst);
+      compare_lowest(own, other, system.model.size, asked, worst);
+      compare_over_range(own, other, system.model.size, in_motion * asked, worst);
     } catch (const InputError&) {  // the richer model's start is no equilibrium
       continue;
     } catch (const SimulationError&) {

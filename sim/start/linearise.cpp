@@ -22,6 +22,7 @@
 #include <limits>
 #include <memory>
 #include <numbers>
+#include <utility>
 
 namespace flexframe::sim {
 namespace {
@@ -84,6 +85,7 @@ class Point {
   void hold_elasticity();
   void accelerations();
   bool beside_equilibrium();
+  bool beside_rest();
   void stiffness();
   void damping();
   bool has_damping() const;
@@ -204,11 +206,20 @@ void Point::exact_matrices() {
 // Whether the start lies within a billionth of the mechanism's size of an equilibrium. Springs at their rest lengths without other loads
 // have forces that are nothing but rounding of places, and no load to compare them with.
 bool Point::beside_equilibrium() {
-  constexpr double near = 1e-9;
   constexpr Eigen::Index most = 400;  // of directions; each takes an evaluation
   const auto n = static_cast<Eigen::Index>(all_.size());
-  if (n == 0 || n > most || moves_ || std::any_of(joints_.begin(), joints_.end(), [](const SpaceJoint& j) { return j.flies; }))
-    return false;
+  if (n == 0 || n > most || moves_) return false;
+  // What flies is held by springs or finds no way to rest.
+  std::vector<Vec3> falls;
+  for (SpaceJoint& j : joints_) falls.push_back(std::exchange(j.acceleration, Vec3::Zero()));
+  const bool beside = beside_rest();
+  for (size_t i = 0; i < joints_.size(); ++i) joints_[i].acceleration = falls[i];
+  return beside;
+}
+
+bool Point::beside_rest() {
+  constexpr double near = 1e-9;
+  const auto n = static_cast<Eigen::Index>(all_.size());
   State still = start_;
   still.a.setZero();
   const double largest = rest_scale_;
@@ -253,6 +264,8 @@ void Point::accelerations() {
     start_.a.segment<3>(v).setZero();
     fastest = std::max(fastest, j.acceleration.norm());
   }
+  // What turns on springs without a load has forces that are nothing but rounding of places: compared with some of what turning takes.
+  start_forces_ = std::max(start_forces_, 1e-4 * model_.mass * model_.size * std::pow(fastest_rate(), 2));
   for (const Direction& d : all_) fastest = std::max(fastest, std::abs(start_.a[d.v]) * d.scale);
   // Flight at an even speed is rest.
   equilibrium_ = !drives_accelerate_ && (fastest <= 1e-9 * acceleration_scale() || beside_equilibrium());
@@ -726,9 +739,8 @@ Linearisation linearise(const System& given) {
     point = std::make_unique<Point>(system, false);
     steady = constant_axes(*point, axes);
   }
-  if (!steady)
-    out.notes.push_back(
-        "the linearised equations change as the mechanism moves: frequencies and damping hold at t = 0 only and do not decide stability");
+  out.constant = steady;
+  if (!steady) out.notes.emplace_back(equations_change);
   if (!point->just_tight().empty())
     out.warnings.push_back(fmt::format("{} is just as long as its rest, tight or slack by rounding: the modes count it as one of the two",
                                        point->just_tight()));

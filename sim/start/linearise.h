@@ -24,6 +24,7 @@ struct Linearisation {
   std::vector<LinearMode> modes;
   bool equilibrium = true;    // the state's accelerations vanish; otherwise it is linearised about a state that it leaves
   bool moving = false;        // about a steady motion: rates of the start, or prescribed ones, are not zero
+  bool constant = true;       // the equations' coefficients stay the same as the motion goes on
   bool turning_axes = false;  // frequencies as seen from bodies that turn: seen from outside they differ by multiples of the turning rate
   std::vector<std::string> notes;     // what to know about the state, one sentence each
   std::vector<std::string> warnings;  // what the modes leave out although it may change them
@@ -50,6 +51,10 @@ Linearisation linearise(const System& system);
 // stiffness, symmetric to 1e-4 of its softest motion, and a damping that feeds nothing are proof of it (Kelvin, Tait), where they are so
 // beyond the digits of either. False says nothing: rigid modes, follower loads, blocks, rates and what has no mass are for linearise.
 bool surely_stable(const System& system);
+
+// The note of equations that are not constant.
+inline constexpr const char* equations_change =
+    "the linearised equations change as the mechanism moves: frequencies and damping hold at t = 0 only and do not decide stability";
 
 // Contacts whose friction is no part of small motions, and the sentence that says so.
 bool has_contact_friction(const Model& model);

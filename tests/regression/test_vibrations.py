@@ -5,9 +5,11 @@ import math
 import pathlib
 import re
 
+import numpy as np
 from program import expect, finish, near, run, temporary_folder
 from scene_text import body, force, ground, joint, output, rigid, section, simulation
 
+STEEL = dict(material=dict(density=7850, youngs_modulus=2.1e11))
 OSCILLATORS = (
     simulation(4, output_rate=256)
     + section("parameters", m=2, k=800)
@@ -402,9 +404,81 @@ def preloaded_cables(folder):
                 near(mode["real"], -damping / m if damped else 0.0, 1e-6 * size, f"cables stretched by {share}: decay, 1/s")
 
 
+def told_over(folder):
+    """What does not hold is told by `modes`, and by its table over a parameter with the value: about places that are left, equations that
+    change, too few elements. A value without an equilibrium leaves the others in the table."""
+    arm = simulation(1, gravity=[0, -9.81, 0]) + section("parameters", lean=0.2, k=50)
+    arm += rigid("arm", mass=1, inertia=[0.01] * 3, centre_of_mass=[0.5, 0, 0])
+    (folder / "arm.toml").write_text(
+        arm + joint("pin", "revolute", "ground", "arm", spring=dict(stiffness="k"), initial=dict(value="lean"))
+    )
+    for words in ((), ("--over", "lean=0:0.4:3", "-o", folder / "arm")):
+        told = run("modes", folder / "arm.toml", "--no-pictures", *words).stdout
+        expect("no equilibrium" in told and "WARNING" in told, f"an arm that falls: {told}")
+    shaft = simulation(1) + section("parameters", w=100) + rigid("house", mass=1, inertia=[0.1] * 3) + ground(far=[1, 0, 0])
+    shaft += body("shaft", "beam", length=1, section=dict(shape="circle", diameter=0.02), elements=2, **STEEL)
+    shaft += joint("seat", "prismatic", "ground", "house", axis=[0, 1, 0], spring=dict(stiffness=1e5))
+    shaft += joint("spin", "revolute", "house", "shaft", axis=[1, 0, 0], motion="w*t")
+    (folder / "shaft.toml").write_text(shaft + output("tip", "shaft.tip", "position"))
+    told = run("modes", folder / "shaft.toml", "--over", "w=0:100:3", "-o", folder / "shaft").stdout
+    expect(re.search("WARNING +at w = 50 and at 1 more: the linearised equations change", told), f"a shaft on a soft bearing: {told}")
+    expect("finer elements" in told, f"two elements: {told}")
+    rests = simulation(1, start="static") + section("parameters", k=1) + rigid("mass", mass=1, inertia=[1] * 3)
+    rests += joint("rail", "prismatic", "ground", "mass", axis=[1, 0, 0], spring=dict(stiffness="k"))
+    (folder / "rests.toml").write_text(rests + force("force", "mass", direction=[1, 0, 0], value=1))
+    told = run("modes", folder / "rests.toml", "--over", "k=0:40:3", "-o", folder / "rests").stdout
+    expect("at k = 0: no modes" in told, f"a mass without a spring: {told}")
+    with open(folder / "rests" / "rests.csv", newline="") as file:
+        table = list(csv.DictReader(file))
+    expect([float(row["k"]) for row in table] == [20, 40], f"values of {table}")
+    for row in table:
+        near(float(row["imaginary"]), math.sqrt(float(row["k"])), 1e-6, "mass on a spring")
+
+
+def turning_on_springs(folder):
+    """A shaft in volumes turns between springs without a load: seen from it the vibrations w of the shaft at rest are w + W and w - W."""
+    L, d, W, springs, n = 0.4822731325604218, 0.0124, 558.0, (101815.0, 88069.0), 40
+    text = simulation(1) + ground(far=[L, 0, 0])
+    text += body("shaft", "beam", length=L, section=dict(shape="circle", diameter=d), model="mixed", volumes=6, **STEEL)
+    text += joint("fly", "free", "ground", "shaft", initial=dict(rate=[W, 0, 0]))
+    for at, seat, k in zip(("root", "tip"), ("ground", "ground.far"), springs):
+        text += force("bushing", f"shaft.{at}", from_=seat, stiffness=[k, k, k, 0, 0, 0], damping=[0] * 6)
+    (folder / "turning.toml").write_text(text + output("tip", "shaft.tip", "position"))
+    found = json.loads(run("check", folder / "turning.toml", "--json").stdout)
+    expect("steady motion" in found["linearised"] and not found.get("warnings"), f"{found['linearised']}, {found.get('warnings')}")
+    h, EI, mass = L / n, 2.1e11 * math.pi * d**4 / 64, 7850 * math.pi * d**2 / 4
+    M, K = np.zeros((2 * n + 2, 2 * n + 2)), np.zeros((2 * n + 2, 2 * n + 2))
+    m = [[156, 22 * h, 54, -13 * h], [22 * h, 4 * h * h, 13 * h, -3 * h * h], [54, 13 * h, 156, -22 * h]]
+    m.append([-13 * h, -3 * h * h, -22 * h, 4 * h * h])
+    k = [[12, 6 * h, -12, 6 * h], [6 * h, 4 * h * h, -6 * h, 2 * h * h], [-12, -6 * h, 12, -6 * h], [6 * h, 2 * h * h, -6 * h, 4 * h * h]]
+    for e in range(n):
+        at = slice(2 * e, 2 * e + 4)
+        M[at, at] += mass * h / 420 * np.array(m)
+        K[at, at] += EI / h**3 * np.array(k)
+    K[0, 0] += springs[0]
+    K[2 * n, 2 * n] += springs[1]
+    there = [abs(mode["imaginary"]) for mode in found["modes"]]
+    for w in np.sqrt(np.sort(np.linalg.eigvals(np.linalg.solve(M, K)).real)[:3]):
+        for seen in (w + W, abs(w - W)):
+            near(min(there, key=lambda one: abs(one - seen)), seen, 3e-3 * w, f"a turning shaft, {w:.5g} rad/s from outside")
+
+
 with temporary_folder() as name:
     here = pathlib.Path(name)
-    for test in (response, controlled, beam, readings, modes, at_times, loop, spectra, mass_damping, preloaded_cables):
+    for test in (
+        response,
+        controlled,
+        beam,
+        readings,
+        modes,
+        at_times,
+        loop,
+        spectra,
+        mass_damping,
+        preloaded_cables,
+        told_over,
+        turning_on_springs,
+    ):
         print(f"-- {test.__name__}", flush=True)
         test(here)
 finish()
