@@ -52,7 +52,7 @@ Histories to_histories(const Results& results) {
     out.units.push_back(results.outputs[k].unit);
     out.values.row(static_cast<Eigen::Index>(k)) = results.outputs[k].values.transpose();
   }
-  if (std::any_of(results.outputs.begin(), results.outputs.end(), [](const ResultOutput& o) { return o.size > 0.0; })) {
+  if (std::any_of(results.outputs.begin(), results.outputs.end(), [](const ResultOutput& o) { return o.size != 0.0; })) {
     out.sizes.resize(out.values.rows());
     for (size_t k = 0; k < results.outputs.size(); ++k) out.sizes[static_cast<Eigen::Index>(k)] = results.outputs[k].size;
   }
@@ -104,7 +104,9 @@ VecX output_ranges(const Histories& h) {
   if (h.values.cols() == 0) return out;
   const VecX ranges = vector_ranges(h), rounding = rounding_of_outputs(h);
   for (Eigen::Index k = 0; k < n; ++k) {
-    if (h.units[k] == "J") out[k] = std::max(ranges[k], h.energy_scale);
+    // A part of the energy counts against its own range: beside what turns fast all that bodies store is little.
+    const bool whole = h.sizes.size() > 0 && h.sizes[k] < 0.0;
+    if (h.units[k] == "J") out[k] = !whole && ranges[k] > 1e-9 * h.energy_scale ? ranges[k] : std::max(ranges[k], h.energy_scale);
     else if (ranges[k] > rounding[k]) out[k] = ranges[k];
     if (h.sizes.size() > 0 && h.sizes[k] > 0.0) out[k] = h.sizes[k];
   }

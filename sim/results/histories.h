@@ -24,7 +24,8 @@ struct Histories {
   VecX times;  // nt, s
   std::vector<std::string> columns, units;
   MatX values;                // columns x nt
-  VecX sizes;                 // what the columns' errors are measured against; 0: their ranges; empty: all 0
+  // What the columns' errors are measured against; 0: their ranges; -1: the energy of the system if that is more; empty: all 0.
+  VecX sizes;
   double energy_scale = 0.0;  // J, largest kinetic or strain energy: what energies are measured against; 0: unknown
   OutputScales scales;
   SolverStatistics statistics;  // of the run they come from

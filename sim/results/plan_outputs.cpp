@@ -434,11 +434,13 @@ OutputPlans plan_outputs(Model& model, const Scene& scene, bool all_shown, const
     const OutputFamily family = family_of(def.quantity);
     by_family[static_cast<size_t>(family)](p);
     sections = sections || family == OutputFamily::section;
+    // The whole energy may be constant, and what an expression makes of energies their difference.
+    const bool of_the_whole = def.quantity == Quantity::energy || def.quantity == Quantity::expression;
     for (size_t k = 0; k < p.tags.size(); ++k) {
       plans.columns.push_back(def.name + p.tags[k]);
       plans.units.push_back(p.units.size() == 1 ? p.units.front() : p.units[k]);
       plans.descriptions.push_back(def.description);
-      plans.sizes.push_back(def.size);
+      plans.sizes.push_back(def.size == 0.0 && of_the_whole && plans.units.back() == "J" ? -1.0 : def.size);
     }
     p.plan.count = static_cast<int>(p.tags.size());
     plans.outputs.push_back(std::move(p.plan));

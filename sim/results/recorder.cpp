@@ -298,7 +298,7 @@ HistoryRecorder::HistoryRecorder(System& system, const std::vector<double>& time
   histories_.times = Eigen::Map<const VecX>(times.data(), static_cast<Eigen::Index>(times.size()));
   histories_.columns = plans_.columns;
   histories_.units = plans_.units;
-  if (std::any_of(plans_.sizes.begin(), plans_.sizes.end(), [](double size) { return size > 0.0; }))
+  if (std::any_of(plans_.sizes.begin(), plans_.sizes.end(), [](double size) { return size != 0.0; }))
     histories_.sizes = Eigen::Map<const VecX>(plans_.sizes.data(), static_cast<Eigen::Index>(plans_.sizes.size()));
   histories_.values = MatX::Zero(static_cast<Eigen::Index>(plans_.columns.size()), histories_.times.size());
   needs_ = SampleNeeds(system, plans_);

@@ -703,15 +703,11 @@ SolverStatistics MotionRun::run() {
   system.friction.tolerance = system.tolerance;
   slips = std::any_of(system.friction.points.begin(), system.friction.points.end(),
                       [](const FrictionPoint& p) { return p.phase == FrictionPhase::slip; });
-  if (system.friction.points.empty()) sample_start();
   for (const double end : segment_ends(system.model, span.from, span.to)) {
     if (begin_segment(end)) {
-      if (next < times.size() && times[next] <= from) {
-        // Which way friction acts at the start is known now; loads count with their values at that very time.
-        for (TimeFunction& e : system.model.expressions) e.unfreeze();
-        sample_start();
-        for (TimeFunction& e : system.model.expressions) e.freeze(0.5 * (from + end));
-      }
+      // Which way friction acts at the start, what blocks read there and how expressions go on are known now: what jumps there is told as
+      // it begins.
+      sample_start();
       run_segment(end);
       system.notes.warn(guard.complaints());
     }

@@ -177,9 +177,13 @@ TableDef read_table(const TableReader& reader, const Scene& scene, const char* o
 
 namespace {
 
-// A table of time must reach over the run.
-void check_reach(const TableReader& reader, const TableDef& table, const Scene& scene) {
+// A table of time must reach over the run. Where its ends are those of the run but for rounding (sums of steps), they become them: a
+// motion beyond its table's last point would stand still.
+void check_reach(const TableReader& reader, TableDef& table, const Scene& scene) {
   if (table.period) return;
+  const double end = scene.simulation.duration, rounding = 1e-12 * end;
+  if (std::abs(table.x.front()) <= rounding) table.x.front() = 0.0;
+  if (std::abs(table.x.back() - end) <= rounding) table.x.back() = end;
   if (table.x.front() > 0.0 || table.x.back() < scene.simulation.duration)
     reader.fail(reader.has("file") ? "file" : "table",
                 fmt::format("covers {} to {} s, the run 0 to {} s; extend the table or give its 'period'", table.x.front(), table.x.back(),

@@ -68,13 +68,20 @@ def read_where_samples_fall(folder):
     k = np.arange(37)
     off(h["h"], 2 * T * np.maximum(k - 1, 0), 1e-12, "a block that reads at every sample")
     off(h["f"], np.where(k > 19, 1.0, 0.0), 1e-12, "a force that switches at a sample")
+    # At the start as it begins, whatever the force reads and whether anything rubs.
+    for more in ("", "friction = { coefficient = 0.1, normal_force = 1 }"):
+        for jump in ("t > 0 ? 2 : 0", "t > 0 ? 2 + x : 0"):
+            h = simulate(folder, simulation % 0.1 + cart + rail % more + seen + push % jump + pushed)
+            off(h["f"][0], 2, 1e-12, f"a force that is switched on at the start: {jump}")
 
 
 def sampled(folder):
     """The command is held between samples: the motion is an exact recursion."""
     T = 0.02
     block = f'[[block]]\nname = "c"\nkind = "state-space"\ninput = ["0.3 - x", "-v"]\nD = [[40, 12]]\nsample = {T}\n'
-    h = simulate(folder, plant + block + push % "c")
+    pushed = '[[output]]\nname = "f"\nof = "motor"\nquantity = "force"\n'
+    h = simulate(folder, plant + block + push % "c" + pushed)
+    off(h["f"][0], 12, 1e-12, "what a sampled controller that reads at the start pushes there")
     x, v = [0.0], [0.0]
     for k in range(150):
         u = (40 * (0.3 - x[-1]) - 12 * v[-1]) / 2

@@ -221,6 +221,15 @@ with temporary_folder() as folder:
             expect(word in done.stderr, f"{name}: the message lacks '{word}': {done.stderr.strip()}")
         left = sorted(p.name for p in folder.iterdir())
         expect(left == ["mechanism.toml"], f"{name}: written: {left}")
+    # A table whose ends are those of the run but for rounding reaches over it: the motion goes on to the last sample.
+    short = "motion = { table = [[1e-17, 0], [0.1, 0.2], [0.15, 0.8], [0.19999999999999998, 1]] }"
+    seen = '[[output]]\nname = "w"\nof = "j"\nquantity = "rate"\n'
+    rates = []
+    for table in (short, short.replace("0.19999999999999998", "0.2").replace("1e-17", "0")):
+        scene.write_text(HEAD + body("a") + joint("j", "revolute", "ground", "a", table) + seen)
+        run("simulate", scene, "--csv", folder / "h.csv", cwd=folder)
+        rates.append(history(folder / "h.csv")["w"])
+    near(rates[0][-1], rates[1][-1], 1e-9, "rate at the end of a table")
     # A point mass on a pin through it, the only body or beside others, keeps its rate; small motions have it as a rigid one.
     spin = '[[body]]\nname = "dot"\nkind = "rigid"\nmass = 1\n' + joint("pin", "revolute", "ground", "dot", "initial = { rate = 3 }")
     for name, more in (("alone", ""), ("beside a pendulum", PIVOT)):

@@ -1,4 +1,5 @@
 """Outputs against closed formulas: section forces and stress, forces and lengths, angles, chords, power; units inside expressions."""
+import json
 import math
 import pathlib
 import tempfile
@@ -332,6 +333,38 @@ KINDS = {
 }
 
 
+def parts_of_the_energy(folder):
+    """What is stored counts against its own range, however much turns beside it: its error and effects that alone give it are told."""
+    wheels = "[simulation]\nduration = 40\noutput_rate = 300\n"
+    for name, inertia in (("a", 1.0), ("b", 0.7)):
+        wheels += f'[[body]]\nname = "{name}"\nkind = "rigid"\nmass = 1\ninertia = [{inertia}, {inertia}, {inertia}]\n'
+    wheels += '[[joint]]\nname = "ja"\nkind = "revolute"\nparent = "ground"\nchild = "a"\ninitial = { rate = 300 }\n'
+    wheels += '[[joint]]\nname = "jb"\nkind = "revolute"\nparent = "a"\nchild = "b"\nspring = { stiffness = 4000 }\n'
+    wheels += "initial = { value = 0.02 }\n" + output("stored", "system", "potential")
+    scene = folder / "wheels.toml"
+    scene.write_text(wheels)
+    told = json.loads(run("simulate", scene, "--csv", folder / "wheels.csv", "--json", cwd=folder).stdout)["simulation"]
+    h = history(folder / "wheels.csv")
+    w = math.sqrt(4000 * (1 + 1 / 0.7))
+    true = [0.8 * math.cos(w * t) ** 2 for t in h["t"]]
+    off = max(abs(a - b) for a, b in zip(h["stored"], true)) / 0.8
+    estimate = told["error_estimate"]["relative"]
+    expect(off / 5 < estimate < max(5 * off, 1e-5), f"a spring between turning wheels is {off} off, told {estimate}")
+    arm = "[simulation]\nduration = 0.05\noutput_rate = 2000\n"
+    arm += '[[body]]\nname = "hub"\nkind = "rigid"\nmass = 1\ninertia = [5, 5, 5]\n'
+    arm += '[[body]]\nname = "arm"\nkind = "beam"\nlength = 0.5\nsection = { shape = "rectangle", width = 0.03, height = 0.05 }\n'
+    arm += "material = { density = 7850, youngs_modulus = 2.1e11 }\n"
+    arm += '[[joint]]\nname = "j"\nkind = "revolute"\nparent = "ground"\nchild = "hub"\ninitial = { rate = 60 }\n'
+    arm += '[[joint]]\nname = "w"\nkind = "weld"\nparent = "hub"\nchild = "arm.root"\n' + output("strain", "system", "strain")
+    arm += '[[force]]\nkind = "torque"\non = "hub"\ndirection = [0, 0, 1]\nvalue = "200*sin(40*t)"\n'
+    scene.write_text(arm)
+    told = json.loads(run("simulate", scene, "--csv", folder / "wheels.csv", "--json", cwd=folder).stdout)["simulation"]
+    # Stretched at rest: int N^2 / (2 EA) dx, N = rho A w^2 (L^2 - x^2) / 2; let go from its own length it swings about that.
+    still = 1 / 15 * (7850 * 0.0015 * 60**2) ** 2 * 0.5**5 / (2.1e11 * 0.0015)
+    most = max(history(folder / "wheels.csv")["strain"])
+    expect(2 * still < most < 5 * still, f"strain energy of a turning arm {most} J, at rest {still} J: {told['notes']}")
+
+
 def works(folder):
     """The work of every force is the integral of its power, and all of it is kinetic and strain energy."""
     text = EVERY_FORCE + output("kinetic", "system", "kinetic") + output("strain", "system", "strain")
@@ -641,6 +674,7 @@ with tempfile.TemporaryDirectory() as name:
         units,
         units_everywhere,
         times_with_units,
+        parts_of_the_energy,
         works,
         coordinate_forces,
         workless,
