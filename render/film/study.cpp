@@ -170,8 +170,14 @@ class Runs {
 
   void save(const StudyRun& run, bool histories) const {
     if (histories && run.failure.empty()) sim::write_whole_file(folder_ / (run.key + ".csv"), to_csv(run.histories));
-    const json record = {{"cpu", run.cpu},         {"coordinates", run.coordinates}, {"method", run.method},
-                         {"failure", run.failure}, {"units", run.histories.units},   {"energy_scale", run.histories.energy_scale}};
+    const sim::VecX& sizes = run.histories.sizes;
+    const json record = {{"cpu", run.cpu},
+                         {"coordinates", run.coordinates},
+                         {"method", run.method},
+                         {"failure", run.failure},
+                         {"units", run.histories.units},
+                         {"energy_scale", run.histories.energy_scale},
+                         {"sizes", std::vector<double>(sizes.begin(), sizes.end())}};
     sim::write_whole_file(folder_ / (run.key + ".json"), record.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
   }
 
@@ -188,6 +194,9 @@ class Runs {
       run.histories = from_csv(folder_ / (run.key + ".csv"));
       run.histories.units = record.at("units").get<std::vector<std::string>>();
       run.histories.energy_scale = record.at("energy_scale").get<double>();
+      const auto sizes = record.at("sizes").get<std::vector<double>>();
+      if (!sizes.empty() && sizes.size() != run.histories.columns.size()) return false;
+      run.histories.sizes = Eigen::Map<const sim::VecX>(sizes.data(), static_cast<Eigen::Index>(sizes.size()));
       return run.histories.units.size() == run.histories.columns.size();
     } catch (const std::exception&) {
       // A record that is damaged or of another make is run anew.

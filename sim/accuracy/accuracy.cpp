@@ -546,7 +546,8 @@ Results simulate_to_accuracy(const Scene& as_given, double accuracy, const Simul
     if (*written && (!best || (*written)->error < best->error)) best = std::move(**written);
     if (best && !best->states.empty()) t.search.states = best->states;
     if (!best || best->error > accuracy)
-      if (std::optional<Results> plain = nearer_as_written(t, scene, best, *given, {start, begun, allowed, as_written, {}})) return std::move(*plain);
+      if (std::optional<Results> plain = nearer_as_written(t, scene, best, *given, {start, begun, allowed, as_written, {}}))
+        return std::move(*plain);
   }
   t.lacking = std::move(lacking);
   return stated(t, std::move(*best), {start, begun, allowed, as_written, std::move(changed)}, memory);

@@ -157,13 +157,12 @@ bool Straight::check(Finished& f) {
 }
 
 // Whether something is warned of that another setting may take away (mast of an L section, whose shear centre the model does not know: its
-// search took 500 times the run and warned of the same), which a number of modes that the scene gives is not. misfits: eigenforms that are those of other ends, as the scene lists them, count:
-// more of them, which is what a search has, would not fit either.
+// search took 500 times the run and warned of the same): not a number of modes that the scene gives, which no search changes. misfits:
+// eigenforms that are those of other ends, as the scene lists them, count: more of them, which is what a search has, would not fit either.
 bool Straight::warned(const Notes& notes, bool misfits) const {
   const std::vector<Note>& of_scene = t_.search.warnings;
   return std::any_of(notes.all().begin(), notes.all().end(), [&](const Note& n) {
-    return n.severity == Severity::warning && (misfits || !n.text.starts_with(misfit_words)) &&
-           !n.text.starts_with(unjudged_words) &&
+    return n.severity == Severity::warning && (misfits || !n.text.starts_with(misfit_words)) && !n.text.starts_with(unjudged_words) &&
            std::find(of_scene.begin(), of_scene.end(), n) == of_scene.end();
   });
 }

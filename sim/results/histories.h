@@ -23,7 +23,7 @@ struct OutputScales {
 struct Histories {
   VecX times;  // nt, s
   std::vector<std::string> columns, units;
-  MatX values;                // columns x nt
+  MatX values;  // columns x nt
   // What the columns' errors are measured against; 0: their ranges; -1: the energy of the system if that is more; empty: all 0.
   VecX sizes;
   double energy_scale = 0.0;  // J, largest kinetic or strain energy: what energies are measured against; 0: unknown

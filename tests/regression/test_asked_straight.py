@@ -645,6 +645,8 @@ def modes_of_stretching(folder):
     expect(not any("worth" in c for c in chosen), f"dropped rod was searched for: {chosen}")
 
 
+# Half of the time of all: every night.
+LONG = (console_in_space, followed_vibrations, error_that_does_not_fall)
 run_parts(
     energy_after_a_blow,
     far_too_loose_at_first,
@@ -659,7 +661,6 @@ run_parts(
     stiff_beam_between,
     sprung_hinge,
     stubby_beam,
-    console_in_space,
     places_by_number,
     straight_whatever_is_asked,
     double_pendulum,
@@ -668,8 +669,7 @@ run_parts(
     shear_between_two_supports,
     released_beam,
     tapered_at_rest,
-    followed_vibrations,
-    error_that_does_not_fall,
     forms_that_do_not_fit,
     rod_pulled,
+    *(LONG if "--all" in sys.argv else ()),
 )

@@ -26,7 +26,7 @@ from truths.space_frame import SpaceFrame, axes_of  # noqa: E402
 OFF, AMPLITUDE, FIRST = 0.015, 0.03, 6
 # What continuous integration runs of seed 1: one, two and three beams, in a plane and in space, right and warned of.
 # Those left out of the first twenty (7, 9, 11 to 14, 16, 18) take three times as long as these twelve.
-SHORT = [0, 1, 2, 3, 4, 5, 6, 8, 10, 15, 17, 19]
+SHORT = [1, 3, 4, 6, 10, 15]
 
 
 def chosen(r):
