@@ -440,11 +440,7 @@ std::optional<Results> nearer_as_written(const Task& t, const Scene& scene, cons
   SimulateOptions plain = *t.options;
   plain.tolerance.reset();
   plain.estimate_error = true;
-  if (best)
-    plain.progress = [&t, within = give_up_after(std::max(least_plain_budget, work_seconds() - searched.begun))](double time) {
-      within(time);
-      if (t.options->progress) t.options->progress(time);
-    };
+  if (best) plain.progress = give_up_after(std::max(least_plain_budget, work_seconds() - searched.begun), t.options->progress);
   std::optional<Results> results;
   try {
     results = run_scene(as_written, plain);
