@@ -435,7 +435,7 @@ OutputPlans plan_outputs(Model& model, const Scene& scene, bool all_shown, const
     by_family[static_cast<size_t>(family)](p);
     sections = sections || family == OutputFamily::section;
     // The whole energy may be constant, and what an expression makes of energies their difference.
-    const bool of_the_whole = def.quantity == Quantity::energy || def.quantity == Quantity::expression;
+    const bool of_the_whole = (def.quantity == Quantity::energy && p.plan.system) || def.quantity == Quantity::expression;
     for (size_t k = 0; k < p.tags.size(); ++k) {
       plans.columns.push_back(def.name + p.tags[k]);
       plans.units.push_back(p.units.size() == 1 ? p.units.front() : p.units[k]);

@@ -692,7 +692,7 @@ double LeftOut::with_higher_forms(const Item& item, double phase) const {
 
 double LeftOut::out_of_phase(const Drift& drift, const Column& column, const std::string& unit, double range) const {
   // The sum of all energies knows no phase; of strain and motion half of what the deformation stores goes from one to the other.
-  if (column.quantity == Quantity::energy) return 0.0;
+  if (column.quantity == Quantity::energy && column.body < 0) return 0.0;
   if (unit == "J") return std::min(0.5, 0.5 * *std::max_element(strain_.begin(), strain_.end()) / range);
   const bool angle = unit.starts_with("rad");
   // Forces and coordinates follow the vibration itself.
@@ -813,6 +813,7 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
     std::vector<double> s(times_.size());
     for (size_t c = 0; c < columns_.size(); ++c) {
       const Column& column = columns_[c];
+      const bool of_item = std::find(item.bodies.begin(), item.bodies.end(), column.body) != item.bodies.end();
       if (column.row >= 0) {
         for (size_t k = 0; k < s.size(); ++k) s[k] = item.change[k][column.row];
         const Response r = response(item, s, from_rest);
@@ -820,9 +821,9 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
       } else if (column.quantity == Quantity::reaction) {
         // A reaction follows the section forces that it supports.
         error[c] = pulled.over * std::min(run.units[c] == "N" ? item.force : item.moment, sizes[vector_of(c)]);
-      } else if (column.quantity == Quantity::q && std::find(item.bodies.begin(), item.bodies.end(), column.body) != item.bodies.end()) {
+      } else if (column.quantity == Quantity::q && of_item) {
         error[c] = item.reach;
-      } else if (run.units[c] == "J") {
+      } else if (run.units[c] == "J" && (column.body < 0 || of_item)) {
         error[c] = *std::max_element(item.energy.begin(), item.energy.end());
       }
       double& most = size[vector_of(c)];

@@ -196,6 +196,15 @@ void read_of_frame(const TableReader& reader, const Scene& scene, const std::str
   }
 }
 
+void read_energy_of_body(const TableReader& reader, const Scene& scene, const std::string& quantity, const FrameRef& of) {
+  if (find_body(scene, of.body) && of.frame.empty()) return;
+  Words known{"system"};
+  for (const BodyDef& body : scene.bodies) known.push_back(body.name);
+  const std::string found = reader.text("of");
+  reader.fail("of", fmt::format("must be \"system\" or a body's name for the quantity '{}', found {}{}", quantity, quote(found),
+                                did_you_mean(of.body, known)));
+}
+
 }  // namespace
 
 OutputDef read_output(TableReader& reader, Scene& scene) {
@@ -219,8 +228,7 @@ OutputDef read_output(TableReader& reader, Scene& scene) {
 
   const bool energy = output.quantity == Quantity::energy || output.quantity == Quantity::kinetic || output.quantity == Quantity::strain ||
                       output.quantity == Quantity::potential;
-  if (energy && reader.text("of") != "system")
-    reader.fail("of", fmt::format("must be \"system\" for the quantity '{}', found {}", quantity, quote(reader.text("of"))));
+  if (energy && reader.text("of") != "system") read_energy_of_body(reader, scene, quantity, output.of);
   // Blocks come later than outputs: the reader of the scene looks for this one's then.
   if (energy || output.quantity == Quantity::output) return output;
   if (is_of_joint(output.quantity)) read_of_joint(reader, scene, quantity, output);

@@ -365,6 +365,39 @@ def parts_of_the_energy(folder):
     expect(2 * still < most < 5 * still, f"strain energy of a turning arm {most} J, at rest {still} J: {told['notes']}")
 
 
+def energies_of_bodies(folder):
+    """A rigid bar that hangs on a sprung hinge, and a beam of each model that hangs on it: these and the spring make up the sum."""
+    k, mass = 3.0, 0.4
+    kinds = ("energy", "kinetic", "strain", "potential")
+    shape = dict(section=dict(shape="rectangle", width=0.01, height=0.01), material=dict(density=2700, youngs_modulus=2e9))
+    for model in ({}, dict(model="mixed"), dict(model="lumped"), dict(effects=["bending_xy", "stiffening"]), None):
+        text = simulation(0.4, output_rate=100, gravity=[0, -G, 0])
+        text += rigid("bar", mass=mass, inertia=[0.01, 0.01, 0.01], centre_of_mass=[0.2, 0, 0], frames=dict(end=[0.5, 0, 0]))
+        text += (
+            body("beam", "beam", length=0.6, **shape, **model) if model is not None else rigid("beam", mass=0.2, inertia=[0.01, 0.02, 0.03])
+        )
+        text += joint("a", "revolute", "ground", "bar", spring=dict(stiffness=k)) + joint("b", "revolute", "bar.end", "beam")
+        for of in ("system", "bar", "beam"):
+            text += "".join(output(f"{of} {kind}", of, kind) for kind in kinds)
+        text += output("angle", "a", "value") + output("rate", "a", "rate")
+        h = simulate(folder, text, "energies", "--tolerance", "1e-8")
+        parts = {kind: [a + b for a, b in zip(h[f"bar {kind}"], h[f"beam {kind}"])] for kind in kinds}
+        most = max(map(abs, h["system kinetic"]))
+        for i in range(0, len(h["t"]), 8):
+            q, v = h["angle"][i], h["rate"][i]
+            spring = k * q * q / 2
+            wanted = dict(energy=parts["energy"][i] + spring, potential=parts["potential"][i] + spring)
+            for kind in kinds:
+                near(h[f"system {kind}"][i], wanted.get(kind, parts[kind][i]), 1e-9 * most, f"{kind} of the parts, {model}")
+            near(h["bar kinetic"][i], (0.01 + mass * 0.2**2) * v * v / 2, 1e-7 * most, "the bar's kinetic energy")
+            near(h["bar potential"][i], mass * G * 0.2 * math.sin(q), 1e-7 * most, "the bar's weight")
+            expect(h["bar strain"][i] == 0 and (model is None) == (max(h["beam strain"]) == 0), f"strain energies, {model}")
+    wrong = folder / "wrong.toml"
+    for of in ("bar.end", "ground", "a"):
+        wrong.write_text(text + output("e", of, "energy"))
+        expect("must be \"system\" or a body's name for the quantity 'energy'" in run("check", wrong, code=2).stderr, f"energy of {of}")
+
+
 def works(folder):
     """The work of every force is the integral of its power, and all of it is kinetic and strain energy."""
     text = EVERY_FORCE + output("kinetic", "system", "kinetic") + output("strain", "system", "strain")
@@ -675,6 +708,7 @@ with tempfile.TemporaryDirectory() as name:
         units_everywhere,
         times_with_units,
         parts_of_the_energy,
+        energies_of_bodies,
         works,
         coordinate_forces,
         workless,
