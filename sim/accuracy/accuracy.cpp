@@ -7,7 +7,9 @@
 #include "sim/run/few_modes.h"
 #include "sim/run/held_warping.h"
 #include "sim/run/missing_stiffening.h"
+#include "sim/run/missing_works.h"
 #include "sim/run/run_scene.h"
+#include "sim/run/time_error.h"
 #include "sim/run/work_budget.h"
 #include "sim/start/make_system.h"
 #include "sim/time/system.h"
@@ -376,10 +378,12 @@ Results stated(Task& t, Finished found, const Searched& searched, const Settings
   out.chosen.insert(out.chosen.end(), found.chosen.begin(), found.chosen.end());
   const double cpu = found.cpu();
   Results results = std::move(found.results);
+  add_missing_works(found.scene, *t.options, {}, results);
   out.search_cpu = cpu_seconds() - searched.start - cpu;
   SolverStatistics& s = results.statistics;
   s.error_estimate = found.error;
   s.error_column = found.column;
+  tell_of_energies(results, true);
   warn_of_tipping(found.scene, t.search.states, results, s.notes);
   warn_of_held_warping(found.scene, t.search.states, results, accuracy, s.notes);
   std::vector<int> all;

@@ -15,6 +15,7 @@
 #include "sim/time/newton_matrix.h"
 #include "sim/time/price.h"
 #include "sim/time/step_guard.h"
+#include "sim/time/step_works.h"
 
 #include <fmt/format.h>
 
@@ -123,6 +124,7 @@ class MotionRun {
   // ---- After a step ----
   void sample_start();
   void hand_out_samples(double now);
+  bool follow_works(double now);
   void follow_state(double now);
   void pass_event(double now);
   void tell_progress(double now);
@@ -182,8 +184,10 @@ class MotionRun {
   std::vector<StopSpring> touched;
   std::vector<std::string> changes;
   bool slips = false;
-  bool anew = false;     // nothing has been evaluated since the integrator began
-  bool lost = false;     // the run ends as loops cannot be followed
+  bool anew = false;                                                    // nothing has been evaluated since the integrator began
+  bool lost = false;                                                    // the run ends as loops cannot be followed
+  StepWorks works;                                                      // of a step, where they are asked for
+  Eigen::Vector2d unworked = {0.0, 0.0}, unworked_before = {0.0, 0.0};  // what the state's own works lack, now and where the step began
   bool passing = false;  // a step passes a change point: its loops may be on either side of it
 };
 
@@ -437,6 +441,7 @@ void MotionRun::run_segment(double end) {
       // Its steps are long: the end of one may be out of reach where shorter ones lead on.
       if (handed_out && may_step_over()) {
         y = begin_y;
+        unworked = unworked_before;
         passing = false;
         use(Method::dirk, y);
         begin(integrator->previous_time());
@@ -488,8 +493,11 @@ void MotionRun::hand_out_samples(double now) {
   // A sample that is later by rounding alone belongs to the piece that ends here: what jumps at its time is told as it was before.
   const double until = now * (1.0 + same_time);
   const auto passed = [&](size_t k) { return k < times.size() && times[k] <= until; };
+  const bool followed = told_to.works && system.quadrature && follow_works(now);
   const auto one_by_one = [&](double t) {
     integrator->interpolate(t, at);
+    if (followed) at.tail<2>() = begin_y.tail<2>() + unworked_before + works.at(t);
+    else if (told_to.works && system.quadrature) at.tail<2>() += unworked;
     sample(system, t, at);
     if (any_crossed(system)) keep_assembly({integrator->previous_time(), begin_y.data()}, {t, at.data()});
   };
@@ -509,6 +517,25 @@ void MotionRun::hand_out_samples(double now) {
   }
   sampling += work_seconds() - before;
   at_work.valid = false;
+}
+
+// The works of the step that ends now, and what the state's own lack of them.
+bool MotionRun::follow_works(double now) {
+  unworked_before = unworked;
+  if (method != Method::exponential) return false;
+  const double from_time = integrator->previous_time();
+  VecX state, rates(problem.size);
+  try {
+    works.follow(from_time, now, [&](double t) {
+      integrator->interpolate(t, state);
+      problem.rhs(t, state.data(), rates.data());
+      return Eigen::Vector2d(rates.tail<2>());
+    });
+  } catch (const SimulationError&) {
+    return false;  // what cannot be evaluated there is told by the steps
+  }
+  unworked += works.at(now) - (y.tail<2>() - begin_y.tail<2>());
+  return true;
 }
 
 // Loops are looked at at every sample and at every step's end, from where the next one sets out: how near to a singular position their
@@ -690,7 +717,9 @@ bool MotionRun::end_trial(double now) {
 
 void MotionRun::sample_start() {
   for (; next < times.size() && times[next] <= from; ++next) {
-    sample(system, from, y);
+    at = y;
+    if (told_to.works && system.quadrature) at.tail<2>() += unworked;
+    sample(system, from, at);
     at_work.valid = false;
   }
 }

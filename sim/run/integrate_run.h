@@ -18,6 +18,8 @@ struct RunWatch {
   // Samples that one step passes, two to four of them at once: their times, their number, and their coordinates, which the first so many
   // rows of 4 x size begin with (the others repeat the last). Empty, or false: they are taken one by one, with their rates.
   std::function<bool(System&, const double* times, int count, const MatX& states)> samples{};
+  // Works that samples are handed are those along the solution also where the exponential method takes long steps (time/step_works.h).
+  bool works = false;
 };
 
 // What is integrated: from the assembled start, or on from where an earlier call left the same system, to `to`.

@@ -16,6 +16,7 @@
 #include "sim/run/lost_loops.h"
 #include "sim/run/method_choice.h"
 #include "sim/run/missing_stiffening.h"
+#include "sim/run/missing_works.h"
 #include "sim/run/model_check.h"
 #include "sim/run/open_reactions.h"
 #include "sim/run/passes.h"
@@ -584,13 +585,14 @@ Results run_scene(const Scene& scene, const SimulateOptions& options) {
     run = std::move(*again);
   }
   judge(run, false);
+  add_missing_works(run.scene, run.options, run.alone.shares, run.results);
   Results results = std::move(run.results);
   if (results.statistics.tolerance < first.tolerance)
     results.statistics.notes.tell(
         "", fmt::format("tolerance {:.0e} taken: with the default one the estimated error of the time integration was {:.2g} of the range "
                         "of {}",
                         results.statistics.tolerance, first.error_estimate, first.error_column));
-  warn_of_energies(results);
+  tell_of_energies(results, false);
   if (const auto fast = faster_than_samples(results)) results.statistics.notes.tell(fast->owner, fast_motion_text(*fast));
   return results;
 }

@@ -169,9 +169,8 @@ Difference estimate_by_tighter(const Histories& tighter, const Histories* looser
   return difference;
 }
 
-void warn_of_energies(Results& results) {
-  SolverStatistics& run = results.statistics;
-  if (results.kinetic.size() == 0) return;
+EnergyGap energy_gap(const Results& results) {
+  if (results.kinetic.size() == 0) return {};
   const VecX sum = results.kinetic + results.strain + results.potential - results.supplied + results.dissipated;
   const double gap = (sum.array() - sum[0]).abs().maxCoeff();
   const auto largest = [](const VecX& e) { return e.cwiseAbs().maxCoeff(); };
@@ -179,11 +178,20 @@ void warn_of_energies(Results& results) {
       std::max({largest(results.kinetic), largest(results.strain), results.potential.maxCoeff() - results.potential.minCoeff(),
                 largest(results.supplied), largest(results.dissipated)});
   const double rounding = 1e-9 * largest(results.potential);
-  const double allowed = unasked_accuracy + 5.0 * std::max(0.0, run.error_estimate);
-  if (!(gap > allowed * turned + rounding)) return;
-  run.notes.warn("", fmt::format("the energies of the results do not balance: {:.2g} of the largest is missing in kinetic, strain and "
-                                 "potential energy less work supplied plus dissipated; where they matter, take tolerance = {:.0e}",
-                                 gap / turned, advised_tolerance(run.tolerance, gap / turned)));
+  const double allowed = unasked_accuracy + 5.0 * std::max(0.0, results.statistics.error_estimate);
+  return {gap / turned, gap > allowed * turned + rounding};
+}
+
+void tell_of_energies(Results& results, bool asked) {
+  SolverStatistics& run = results.statistics;
+  const EnergyGap gap = energy_gap(results);
+  if (!gap.counts) return;
+  const std::string words = fmt::format(
+      "the energies of the results do not balance: {:.2g} of the largest is missing in kinetic, strain and potential energy less work "
+      "supplied plus dissipated; where they matter, take {}",
+      gap.share, asked ? "them as outputs" : fmt::format("tolerance = {:.0e}", advised_tolerance(run.tolerance, gap.share)));
+  if (asked) run.notes.tell("", words);
+  else run.notes.warn("", words);
 }
 
 }  // namespace flexframe::sim

@@ -41,8 +41,16 @@ Difference estimate_by_tighter(const Histories& tighter, const Histories* looser
 // (error_of_difference). Runs with events are not told to be better than 0.8 of their tolerance.
 Difference estimate_time_error(const Histories& looser, const Histories& run, SolverStatistics& out);
 
-// Warns where the energies of the results do not balance to within unasked_accuracy and five times the estimated error: work is no output,
-// so no second run compares it, and where nothing feels it no step is made for it.
-void warn_of_energies(Results& results);
+// What is missing in the balance of the energies of the results, over the largest of them; counts: more than unasked_accuracy and five
+// times the estimated error.
+struct EnergyGap {
+  double share = 0.0;
+  bool counts = false;
+};
+EnergyGap energy_gap(const Results& results);
+
+// Warns where the energies of the results do not balance (energy_gap): work is no output, so no second run compares it, and where nothing
+// feels it no step is made for it. asked: a note, as an accuracy is asked of outputs.
+void tell_of_energies(Results& results, bool asked);
 
 }  // namespace flexframe::sim

@@ -5,6 +5,7 @@ import pathlib
 import tempfile
 
 import h5py
+import numpy as np
 from program import expect, finish, history, near, run
 from scene_text import body, force, ground, joint, output, rigid, section, simulation
 
@@ -398,6 +399,35 @@ def energies_of_bodies(folder):
         expect("must be \"system\" or a body's name for the quantity 'energy'" in run("check", wrong, code=2).stderr, f"energy of {of}")
 
 
+def works_in_long_steps(folder):
+    """A load that comes at once on a damped cantilever: the work supplied is force times deflection, also in steps over many turns."""
+    F = 2.0
+    text = simulation(0.3, output_rate=700, gravity=[0, 0, 0])
+    text += body(
+        "rod",
+        "beam",
+        "damping = { ratio = 0.02 }",
+        length=0.5,
+        section=dict(shape="circle", diameter=0.01),
+        material=dict(density=2700, youngs_modulus=7e10),
+        effects=["bending_xy", "stiffening"],
+        keep_modes=6,
+    )
+    text += (
+        joint("w", "weld", "ground", "rod")
+        + force("force", "rod.tip", direction=[0, 1, 0], value=F)
+        + output("p", "rod.tip", "displacement")
+    )
+    for words in (("--accuracy", "1e-2"), ("--method", "exponential", "--tolerance", "1e-6")):
+        h = simulate(folder, text, "long", *words)
+        with h5py.File(folder / "long.h5") as file:
+            e = {name: file["energy"][name][:] for name in ("kinetic", "strain", "supplied", "dissipated")}
+        most = max(e["supplied"])
+        near(max(abs(e["supplied"] - F * np.array(h["p.y"]))), 0, 5e-3 * most, f"{words}: work supplied beside force times deflection")
+        near(max(abs(e["kinetic"] + e["strain"] + e["dissipated"] - e["supplied"])), 0, 5e-3 * most, f"{words}: balance")
+        expect(max(e["dissipated"]) > 0.1 * most, f"{words}: {max(e['dissipated'])} J dissipated of {most}")
+
+
 def works(folder):
     """The work of every force is the integral of its power, and all of it is kinetic and strain energy."""
     text = EVERY_FORCE + output("kinetic", "system", "kinetic") + output("strain", "system", "strain")
@@ -709,6 +739,7 @@ with tempfile.TemporaryDirectory() as name:
         times_with_units,
         parts_of_the_energy,
         energies_of_bodies,
+        works_in_long_steps,
         works,
         coordinate_forces,
         workless,
