@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <set>
 #include <vector>
 
 namespace flexframe::sim {
@@ -60,17 +59,26 @@ void tell_still(const Difference& difference, const VecX& ranges, const Historie
 
 // What the outputs' errors are: the largest into `out`, warned of where it is above unasked_accuracy.
 void tell_errors(const VecX& errors, const Histories& run, SolverStatistics& out) {
-  std::set<std::string> named;
-  std::vector<std::string> large;
+  struct Large {
+    double error;
+    std::string column;
+  };
+  std::map<std::string, Large> vectors;  // of each its component that is furthest off
   double worst = -1.0;
   for (Eigen::Index k = 0; k < errors.size(); ++k) {
     if (errors[k] < 0.0) continue;
     const std::string& column = run.columns[static_cast<size_t>(k)];
     if (errors[k] > worst) worst = out.error_estimate = errors[k], out.error_column = column;
-    if (errors[k] > unasked_accuracy && named.insert(column.substr(0, column.rfind('.')) + run.units[static_cast<size_t>(k)]).second)
-      large.push_back(fmt::format("{:.2g} of the range of {}", errors[k], column));
+    if (errors[k] <= unasked_accuracy) continue;
+    Large& most = vectors.insert({column.substr(0, column.rfind('.')) + run.units[static_cast<size_t>(k)], {-1.0, ""}}).first->second;
+    if (errors[k] > most.error) most = {errors[k], column};
   }
-  if (large.empty()) return;
+  if (vectors.empty()) return;
+  std::vector<Large> all;
+  for (const auto& [vector, most] : vectors) all.push_back(most);
+  std::stable_sort(all.begin(), all.end(), [](const Large& a, const Large& b) { return a.error > b.error; });
+  std::vector<std::string> large;
+  for (const Large& one : all) large.push_back(fmt::format("{:.2g} of the range of {}", one.error, one.column));
   const size_t shown = std::min<size_t>(large.size(), 3);
   const std::string more = large.size() > shown ? fmt::format(" and {} more outputs", large.size() - shown) : "";
   out.notes.warn("", fmt::format("the estimated error of the time integration is {}{}: take tolerance = {:.0e}",
