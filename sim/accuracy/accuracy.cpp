@@ -437,6 +437,8 @@ std::optional<Results> nearer_as_written(const Task& t, const Scene& scene, cons
                                          const Searched& searched) {
   constexpr double surely_nearer = 0.3, worth_repeating = 0.01;  // of the error; that a plain run makes again (run_scene)
   if (best && given.run && given.time <= worth_repeating) return std::nullopt;
+  // What elements and modes lack there nobody would know.
+  if (best && best->space > 0.5 * best->error) return std::nullopt;
   const double taken = cpu_seconds() - searched.start;
   Scene as_written = scene;  // by a tolerance that nobody chose
   as_written.simulation.tolerance.reset();

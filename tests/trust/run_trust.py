@@ -75,6 +75,7 @@ SHORT = [
     "crank_rocker",
     "pulse",
     "sudden",
+    "jerked_clamp",
     "modal_q",
     "dropped_rod",
     "near_buckling",

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 from kinds.rich import ALL, TIGHT, first_bending, pair, smooth
-from scene import Scene, beam, force, joint, output, pick, rigid, simulation, sizes, weld
+from scene import MATERIALS, Scene, beam, force, joint, output, pick, rigid, simulation, sizes, weld
 
 FINE = 'effects = ["axial", "bending_xy", "stiffening", "large_bending", "shear"]\nelements = 128\nkeep_modes = 32'
 STEEL = {"E": 2.1e11, "rho": 7850.0, "poisson": 0.3}
@@ -203,6 +203,45 @@ def released_asked(r, accuracy=None):
     return asked(r, make, f"{duration * w1 / 6.283:.2g} periods, damping {zeta}", rich=FINE, accuracy=accuracy)
 
 
+def jerked_clamp(r):
+    """Asked: what a clamp holds of a thin rod whose load comes at once, to 30 to 1 %, beside the sum of 1500 modes"""
+    L, m = 10 ** r.uniform(-1, 1), pick(r, *MATERIALS)
+    d = L / r.uniform(60, 200)
+    EI, mass = m["E"] * math.pi * d**4 / 64, m["rho"] * math.pi * d**2 / 4
+    b = np.array([1.87510406871196, 4.69409113297417] + [(k + 0.5) * math.pi for k in range(2, 1500)])
+    for _ in range(3):  # Newton's, of cos = -1/cosh
+        e = np.exp(-b)
+        b -= (np.cos(b) + 2 * e / (1 + e * e)) / (-np.sin(b) - 2 * e * (1 - e * e) / (1 + e * e) ** 2)
+    e = np.exp(-b)
+    curved = (1 - e * e - 2 * e * np.sin(b)) / (1 + e * e + 2 * e * np.cos(b))
+    tip, w = 2 * (-1.0) ** np.arange(len(b)), b**2 * math.sqrt(EI / mass) / L**2
+    P, zeta = 3 * EI / L**2 * 1e-4, pick(r, 0.0, 0.0, 0.01, 0.05)
+    duration, read = 2 * math.pi / w[0] * r.uniform(0.5, 5), pick(r, "reaction", "section", "both")
+    accuracy = 10 ** -r.uniform(0.5, 2)
+    text = simulation(duration, pick(r, 100, 200, 400) / duration)
+    held = f"\ndamping = {{ ratio = {zeta} }}" if zeta else ""
+    text += beam("rod", L, f'{{ shape = "circle", diameter = {d!r} }}', m, 'effects = ["bending_xy"]' + held)
+    text += weld("clamp", "ground", "rod.root") + force("force", "rod.tip", P, (0, 1, 0))
+    if read != "section":
+        text += output("holds", "clamp", "reaction")
+    if read != "reaction":
+        text += output("inside", "rod", "section_force", "at = 0")
+
+    def truth(t):
+        # What lacks of the forces at rest is the inertia of the modes.
+        turned = np.outer(t, w * math.sqrt(1 - zeta**2))
+        rest = np.exp(-zeta * np.outer(t, w)) * (np.cos(turned) - zeta / math.sqrt(1 - zeta**2) * np.sin(turned))
+        M, V = P * L * (1 - rest @ (2 * tip / b**2)), P * (1 - rest @ (2 * tip * curved / b))
+        nothing = np.zeros((len(t), 4))
+        holds = np.column_stack([nothing[:, 0], -V, nothing, -M])[:, [0, 1, 2, 3, 4, 6]]
+        inside = np.column_stack([nothing[:, 0], V, nothing, M])[:, [0, 1, 2, 3, 4, 6]]
+        return {name: held for name, held in (("holds", holds), ("inside", inside)) if f'"{name}"' in text}
+
+    words = ("--accuracy", repr(accuracy))
+    what = f"{read}, {duration * w[0] / 6.283:.2g} periods, damping {zeta}; accuracy {accuracy:.2g}"
+    return Scene(text, truth, what=what, words=words, claim=accuracy)
+
+
 def striking_rods(r):
     """Asked or not: a rod strikes another of its kind by its end, waves run along both"""
     # d'Alembert: the spring k between two rods of impedance Z = EA/c passes F = Z v/2 (1 - exp(-2 k t/Z)) on until waves come back, and
@@ -235,4 +274,4 @@ def striking_rods(r):
     return Scene(text, truth, what=what, words=words, claim=accuracy)
 
 
-KINDS = [crane, disc_on_shaft, arm_with_payload, beam_on_stop, crank_asked, pendulum_asked, released_asked, striking_rods]
+KINDS = [crane, disc_on_shaft, arm_with_payload, beam_on_stop, crank_asked, pendulum_asked, released_asked, jerked_clamp, striking_rods]
