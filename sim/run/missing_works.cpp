@@ -43,14 +43,14 @@ Works works_of(const Scene& scene, const Results& run, const SimulateOptions& op
 void add_missing_works(const Scene& scene, const SimulateOptions& options, const std::vector<double>& shares, Results& results) {
   const SolverStatistics& run = results.statistics;
   if (run.method != method_name(Method::exponential) || run.work > least_check) return;
-  const EnergyGap before = energy_gap(results);
+  const EnergyGap before = missing_energy(results);
   if (!before.counts) return;
   try {
     const Works works = works_of(scene, results, options, shares);
     Results with = results;
     with.supplied = works.supplied;
     with.dissipated = works.dissipated;
-    if (energy_gap(with).share < before.share) results.supplied = works.supplied, results.dissipated = works.dissipated;
+    if (missing_energy(with).share < before.share) results.supplied = works.supplied, results.dissipated = works.dissipated;
   } catch (const SimulationError&) {
     // The warning of the gap stays.
   }

@@ -177,7 +177,7 @@ Difference estimate_by_tighter(const Histories& tighter, const Histories* looser
   return difference;
 }
 
-EnergyGap energy_gap(const Results& results) {
+EnergyGap missing_energy(const Results& results) {
   if (results.kinetic.size() == 0) return {};
   const VecX sum = results.kinetic + results.strain + results.potential - results.supplied + results.dissipated;
   const double gap = (sum.array() - sum[0]).abs().maxCoeff();
@@ -192,7 +192,7 @@ EnergyGap energy_gap(const Results& results) {
 
 void tell_of_energies(Results& results, bool asked) {
   SolverStatistics& run = results.statistics;
-  const EnergyGap gap = energy_gap(results);
+  const EnergyGap gap = missing_energy(results);
   if (!gap.counts) return;
   const std::string words = fmt::format(
       "the energies of the results do not balance: {:.2g} of the largest is missing in kinetic, strain and potential energy less work "

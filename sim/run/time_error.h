@@ -47,9 +47,9 @@ struct EnergyGap {
   double share = 0.0;
   bool counts = false;
 };
-EnergyGap energy_gap(const Results& results);
+EnergyGap missing_energy(const Results& results);
 
-// Warns where the energies of the results do not balance (energy_gap): work is no output, so no second run compares it, and where nothing
+// Warns where the energies of the results do not balance (missing_energy): work is no output, so no second run compares it, and where nothing
 // feels it no step is made for it. asked: a note, as an accuracy is asked of outputs.
 void tell_of_energies(Results& results, bool asked);
 
