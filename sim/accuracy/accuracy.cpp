@@ -341,13 +341,14 @@ void count_lacking(Task& t, Finished& found) {
   found.effects = std::hypot(found.effects, lacks);
 }
 
-// No setting reaches beyond the modes that bodies of files have.
+// No setting reaches beyond the modes that bodies of files have. Whether they keep what is asked is worth its time, whatever the run takes.
 void judge_last_modes(const Task& t, const Finished& found, Results& results) {
   SimulateOptions options = *t.options;
   options.method = found.method;
   const double told = results.statistics.error_estimate;
   results.statistics.error_estimate = found.time;  // both runs have the same modes
-  warn_of_last_modes(make_system(found.scene), found.scene, options, to_histories(results), t.accuracy, results);
+  warn_of_last_modes(make_system(found.scene), found.scene, options, to_histories(results), t.accuracy,
+                     std::max(4.0 * least_check, 4.0 * results.statistics.work), results);
   results.statistics.error_estimate = told;
 }
 

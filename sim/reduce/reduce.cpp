@@ -129,6 +129,7 @@ class Reducer {
   std::vector<FeAttachment> attachments;  // interfaces first
   std::vector<int> attachment_nodes;      // node index or -1
   std::vector<std::string> names;
+  std::vector<bool> turning;  // interfaces that nothing holds against turns; the matrix that tells goes before the factor is made
   FeModes basis;
 
   ReduceReport& report() { return out.report; }
@@ -176,6 +177,7 @@ class Reducer {
         attachment_nodes.push_back(i.node);
         taken.insert(i.node);
       }
+      turning.push_back(turns_freely(i));
       names.push_back(!i.name.empty() ? i.name : i.spider >= 0 ? attachments.back().id : fmt::format("node[{}]", attachments.back().id));
       places.push_back(attachments.back().position);
     }
@@ -377,10 +379,13 @@ class Reducer {
     lap("static check");
   }
 
-  // A rigid body tied to solid nodes needs three that span a triangle to take up moments.
+  // A rigid body tied to solid nodes needs three that span a triangle to take up moments, unless a beam or shell ends at its own node: that
+  // has stiffness against turns before the nodes that it carries are eliminated.
   bool turns_freely(const ReduceInterface& interface) const {
     if (interface.spider < 0) return false;
     const FeSpider& spider = model.spiders[interface.spider];
+    const std::array<int, 6>& own = system.dof[spider.node];
+    if (std::all_of(own.begin() + 3, own.end(), [&](int d) { return d >= 0 && system.K.coeff(d, d) > 0.0; })) return false;
     Vec3 middle = Vec3::Zero();
     for (const int n : spider.slaves) {
       if (system.dof[n][3] >= 0 || system.dof[n][4] >= 0 || system.dof[n][5] >= 0) return false;
@@ -407,7 +412,7 @@ class Reducer {
         whole[d / 3](i) += std::pow(full(a, b), 2);
       }
     for (size_t i = 0; i < options.interfaces.size(); ++i) {
-      InterfaceLack lack{names[i], 0.0, turns_freely(options.interfaces[i])};
+      InterfaceLack lack{names[i], 0.0, turning[i]};
       if (lack.turns)
         report().warnings.push_back(fmt::format(
             "the nodes of interface '{}' lie on a line or at one point and have no rotations: the model resists no turn about it, "

@@ -117,7 +117,7 @@ void pass_over_amplitudes(const Scene& scene, const std::vector<std::string>& co
 }  // namespace
 
 void warn_of_last_modes(const System& start, const Scene& scene, const SimulateOptions& options, const Histories& reference, double asked,
-                        Results& results) {
+                        double allowed, Results& results) {
   SolverStatistics& statistics = results.statistics;
   // Longer runs are made again only where these modes move at all: a tenth of what is asked, as forces follow their accelerations.
   if (statistics.work > least_check && share_of_last_modes(scene, start.model, results) < 0.1 * asked) return;
@@ -125,7 +125,7 @@ void warn_of_last_modes(const System& start, const Scene& scene, const SimulateO
   const std::string names = weigh_last_modes(scene, results, heavier);
   if (names.empty()) return;
   SimulateOptions again = beside_run(options, statistics);
-  again.progress = give_up_after(std::max(least_check, check_price * statistics.work));
+  again.progress = give_up_after(allowed);
   Histories other;
   try {
     other = simulate_histories_from(heavier, scene, again);

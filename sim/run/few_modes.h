@@ -29,9 +29,9 @@ void warn_of_few_modes(const Scene& scene, const SimulateOptions& options, const
 // next ones would do: where the loads are slow they follow them at once, whatever they weigh, as static deflections do (also those of a
 // reduction's interfaces, which no mode of the whole model is). So a run in which the highest third of each file's modes, and of those
 // that move, weighs twice as much tells: a warning where an output moves by more than `asked` of its range, beyond what the error of time
-// explains; runs of more than half a second only where these modes move. start: of the scene, not yet integrated; results: those of the
-// run; the rest as above.
+// explains; runs of more than half a second only where these modes move; a note where the second run takes more than `allowed` CPU s.
+// start: of the scene, not yet integrated; results: those of the run; the rest as above.
 void warn_of_last_modes(const System& start, const Scene& scene, const SimulateOptions& options, const Histories& reference, double asked,
-                        Results& results);
+                        double allowed, Results& results);
 
 }  // namespace flexframe::sim

@@ -372,7 +372,12 @@ Measured measure(Unjudged& run, bool judge_models) {
         run.scene, options,
         beside_itself ? itself : ComparedRun{*run.beside.looser, check.tolerance, estimate_samples, check.floor, check.deflection},
         unasked_accuracy, results.statistics);
-  if (judge_models) warn_of_last_modes(*alone.start, run.scene, options, run.reference, unasked_accuracy, results);
+  if (judge_models) {
+    // Bodies whose last modes are heavier take up to three times as long: their masses couple.
+    const double work = results.statistics.work, price = work <= 4.0 * least_check ? 4.0 : check_price;
+    warn_of_last_modes(*alone.start, run.scene, options, run.reference, unasked_accuracy, std::max(2.0 * least_check, price * work),
+                       results);
+  }
   const bool forces = std::any_of(alone.to_measure.begin(), alone.to_measure.end(),
                                   [](const LeftOutWorth& w) { return shifts_forces(w, unasked_accuracy); });
   if (effects > 0 && (paired || beside_run) && (forces || output_ranges(run.reference).maxCoeff() > 0.0)) {

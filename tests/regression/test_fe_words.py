@@ -195,9 +195,21 @@ def handedness():
     expect(out[0][0] > 100, "the bar has frequencies")
 
 
+def turning_interfaces():
+    """An interface at a grid that carries a mass on a rigid arm turns freely only where no beam ends there."""
+    n = 4
+    text = "SOL 103\nCEND\nBEGIN BULK\n" + "".join(f"GRID,{i + 1},,{i * SPAN / n:.9g},0.,0.\n" for i in range(n + 1))
+    text += "".join(f"CBAR,{i + 1},1,{i + 1},{i + 2},0.,1.,0.\n" for i in range(n))
+    text += f"PBAR,1,1,{ACROSS**2:.9g},{ACROSS**4 / 12:.9g},{ACROSS**4 / 12:.9g},{0.141 * ACROSS**4:.9g}\nMAT1,1,{YOUNG:.3e},,.3,{STEEL}\n"
+    text += f"GRID,50,,{SPAN},0.1,0.\nCONM2,60,50,0,0.5\nRBE2,61,{n + 1},123456,50\nENDDATA\n"
+    told = reduced("arm.bdf", text, "--hold", "none", "--interface", "root=1", "--interface", f"tip={n + 1}")
+    expect(told["frequencies"][0] > 1, "the beam with a mass on an arm is reduced")
+    expect(not any("resists no turn" in w for w in told["warnings"]), f"the beam holds its end: {told['warnings']}")
+
+
 with temporary_folder() as name:
     folder = pathlib.Path(name)
-    for case in (averaging, soft_shells, inertia, bushes, directions, handedness):
+    for case in (averaging, soft_shells, inertia, bushes, directions, handedness, turning_interfaces):
         case()
 
 finish()
