@@ -273,7 +273,7 @@ void Recorder::record(System& system, double t, const VecX& y) {
     joint.value.row(row) = work.q.segment(p.q0, p.joint.nq).transpose();
     joint.rate.row(row) = work.w.segment(p.v0, p.joint.nv).transpose();
   }
-  raise_scales(system, e, plans_.reactions, reactions_, scales_);
+  raise_scales(system, e, plans_.reactions, reactions_, results_.scales);
   results_.kinetic[row] = e.kinetic;
   results_.strain[row] = e.strain;
   results_.potential[row] = e.potential;

@@ -456,6 +456,24 @@ void LeftOut::follow(const System& system, Item& item, const VecX& rest) {
   restore_frames();
 }
 
+void LeftOut::follow_axis(const System& system, Item& item) const {
+  if (!item.effect.starts_with("bending")) return;
+  for (const CutBeam& beam : sections_.beams()) {
+    const BeamDef& def = beam_of(scene_, beam.body);
+    const double first = def.chosen.first_bending;
+    if (!(first > 0.0) || std::find(item.bodies.begin(), item.bodies.end(), beam.body) == item.bodies.end()) continue;
+    double pressed = 0.0, twisted = 0.0;
+    for (size_t k = 0; k + 1 < beam.x.size(); ++k)
+      for (const Vec6& F : {beam.left[k], beam.right[k]}) pressed = std::max(pressed, -F[0]), twisted = std::max(twisted, std::abs(F[3]));
+    const Section& s = def.section;
+    const double EI = def.material.youngs_modulus * std::min(s.iy, s.iz), length = model_.size;
+    const double spin = system.work.parts[static_cast<size_t>(beam.part)].V.tail<3>().norm();
+    item.critical =
+        std::max(item.critical, std::pow(spin / first, 2) + 4.0 * pressed * length * length / (std::pow(std::numbers::pi, 2) * EI) +
+                                    twisted * length / (std::numbers::pi * EI));
+  }
+}
+
 // What the deformation of the motion moves: the mechanism without it, its joints as they are.
 void LeftOut::follow_deformation(const System& system) {
   const Energy energy = compute_energy(system.model, system.work);
@@ -506,7 +524,7 @@ void LeftOut::look(System& system, double t, const VecX& y) {
     free_ = std::any_of(free.begin(), free.end(), [](const Direction& d) { return d.rate >= 0; }) &&
             std::none_of(model_.parts.begin(), model_.parts.end(), [](const Part& p) { return p.joint.motion >= 0; });
   }
-  for (Item& item : items_) follow(system, item, rest), follow_turning(system, item);
+  for (Item& item : items_) follow(system, item, rest), follow_turning(system, item), follow_axis(system, item);
   follow_deformation(system);
   if (times_.size() % looks_a_vibration_look == 1) look_at_vibrations(system, t, y, rest);
 }
@@ -853,6 +871,7 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
     if (found.share > by_looks) found.columns.resize(0);
     else found.columns = (found.columns.array() < 0.0).select(found.share, found.columns);
     found.blow = taken_of_blows(item);
+    found.critical = item.critical;
     const double missing = std::accumulate(item.energy.begin(), item.energy.end(), 0.0);
     if (unjudged && stored > 0.0 && missing > 0.0) found.inside = missing / (missing + stored);
     out.push_back(found);
