@@ -561,7 +561,8 @@ Results simulate_as_asked(const Scene& as_given, const SimulateOptions& options,
     throw ArgumentError(fmt::format("the tolerance must be a number from 1e-13 to 0.1, found {:g}", *options.tolerance));
   if (options.accuracy && !(*options.accuracy >= 1e-12 && *options.accuracy <= 0.5))
     throw ArgumentError(fmt::format("the accuracy asked for must be a number from 1e-12 to 0.5, found {:g}", *options.accuracy));
-  const Scene scene = options.check_effects ? without_idle_bending(as_given) : as_given;
+  const bool asked = !options.tolerance && (options.accuracy || as_given.simulation.accuracy);
+  const Scene scene = options.check_effects ? without_idle_bending(as_given, asked) : as_given;
   if (scene.simulation.picture_accuracy && !options.tolerance && !options.accuracy) {
     Results results = run_scene(scene, options);
     results.statistics.notes.warn("",

@@ -167,7 +167,7 @@ std::map<int, double> lowest_bending(System& system, const std::set<int>& beams)
 
 }  // namespace
 
-Scene without_idle_bending(const Scene& given) {
+Scene without_idle_bending(const Scene& given, bool asked) {
   Scene scene = given;
   for (BodyDef& body : scene.bodies)
     if (auto* beam = std::get_if<BeamDef>(&body.kind)) beam->chosen.first_bending = 0.0;
@@ -177,7 +177,7 @@ Scene without_idle_bending(const Scene& given) {
   };
   if (!may_be_judged(scene) || std::none_of(scene.bodies.begin(), scene.bodies.end(), automatic)) return scene;
   const bool weight =
-      std::none_of(scene.outputs.begin(), scene.outputs.end(), [](const OutputDef& o) { return tells_moments(o.quantity); });
+      !asked && std::none_of(scene.outputs.begin(), scene.outputs.end(), [](const OutputDef& o) { return tells_moments(o.quantity); });
   try {
     System system = make_system(scene);
     if (system.plane || !system.model.massless.rates.empty()) return scene;

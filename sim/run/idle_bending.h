@@ -11,7 +11,8 @@ namespace flexframe::sim {
 
 // The scene whose beams with automatic effects go without bending where nothing excites it: ProgramChoice::first_bending. Found by the
 // accelerations of the mechanism without weight at rest, moving and deformed in all other ways, at different times. Leaves alone what
-// starts in static equilibrium (which may be one of many), touches, moves in a plane, or asks for what bending alone tells.
-Scene without_idle_bending(const Scene& given);
+// starts in static equilibrium (which may be one of many), touches, moves in a plane, or asks for what bending alone tells. asked: for an
+// accuracy, whose search would weigh what weight bends by many pairs of runs: weight counts then.
+Scene without_idle_bending(const Scene& given, bool asked);
 
 }  // namespace flexframe::sim

@@ -794,6 +794,10 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
   const Histories run = to_histories(results);
   // Without loops, which close to some 1e-11 of the size, what stands still stands exactly.
   const VecX ranges = model_.loops.empty() && !from_rest ? output_ranges(run, run) : output_ranges(run);
+  // Forces that are nothing but rounding of those inside the mechanism, at rest too.
+  Histories moving = run;
+  moving.scales.rests = false;
+  const VecX rounding = rounding_of_outputs(moving);
   std::map<std::string, double> largest;  // of a unit
   for (size_t c = 0; c < columns_.size(); ++c) {
     double& most = largest[run.units[c]];
@@ -852,7 +856,9 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
                    range = sized(c) ? known : std::max({known, most, known == 0.0 ? deformed[run.units[c]] : 0.0});
       // What counts as moving: histories.cpp.
       const bool length = run.units[c] == "m", kinematic = length || run.units[c] == "m/s" || run.units[c].starts_with("rad");
-      const double floor = run.units[c] == "N m" ? 1e-12 * largest["N"] : run.units[c].starts_with("rad") ? 1e-12 : 0.0;
+      const double floor = run.units[c].starts_with("N")     ? rounding[static_cast<Eigen::Index>(c)]
+                           : run.units[c].starts_with("rad") ? 1e-12
+                                                             : 0.0;
       if (!sized(c) && range <= std::max((kinematic ? still : 1e-6) * std::max(largest[run.units[c]], most), floor)) continue;
       const double drifted = known > 0.0 ? std::max(lost.phase * out_of_phase(lost, columns_[c], run.units[c], range),
                                                     std::min(1.0, slower[static_cast<Eigen::Index>(c)] / range))

@@ -78,7 +78,7 @@ struct Alone {
   std::vector<int> unstiffened;          // without_second_order
   std::vector<LeftOutWorth> left_out;    // deformations
   std::vector<LeftOutWorth> to_measure;  // stiffening and gyroscopic terms and what shifts events, which a pair of runs tells better
-  bool blows_unseen = false;  // something struck, and at no look anything was touched
+  bool blows_unseen = false;             // something struck, and at no look anything was touched
 };
 
 bool is_deformation(const LeftOutWorth& w) { return w.effect != "stiffening" && w.effect != "gyroscopic"; }
