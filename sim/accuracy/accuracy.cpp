@@ -6,6 +6,7 @@
 #include "sim/run/coarse_beams.h"
 #include "sim/run/few_modes.h"
 #include "sim/run/held_warping.h"
+#include "sim/run/idle_bending.h"
 #include "sim/run/missing_stiffening.h"
 #include "sim/run/missing_works.h"
 #include "sim/run/run_scene.h"
@@ -562,11 +563,13 @@ Results run_with_settings(const RememberedSettings& found, double output_rate, c
   return run_as_found(found, scene, options);
 }
 
-Results simulate_as_asked(const Scene& scene, const SimulateOptions& options, const SettingsMemory* memory) {
+Results simulate_as_asked(const Scene& as_given, const SimulateOptions& options, const SettingsMemory* memory) {
   if (options.tolerance && !(*options.tolerance >= 1e-13 && *options.tolerance <= 0.1))
     throw ArgumentError(fmt::format("the tolerance must be a number from 1e-13 to 0.1, found {:g}", *options.tolerance));
   if (options.accuracy && !(*options.accuracy >= 1e-12 && *options.accuracy <= 0.5))
     throw ArgumentError(fmt::format("the accuracy asked for must be a number from 1e-12 to 0.5, found {:g}", *options.accuracy));
+  const bool asked = !options.tolerance && (options.accuracy || as_given.simulation.accuracy);
+  const Scene scene = options.check_effects ? without_idle_bending(as_given, asked) : as_given;
   if (scene.simulation.picture_accuracy && !options.tolerance && !options.accuracy) {
     Results results = run_scene(scene, options);
     results.statistics.notes.warn("",

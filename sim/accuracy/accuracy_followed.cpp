@@ -147,7 +147,7 @@ std::optional<Histories> Followed::run_whole() {
     for (int call = 0; call < most_calls && !run; ++call) {
       out.judged = run_judged(search.at(setting), o, t.accuracy, false);
       if (search.adopt(out.judged->effects)) search.spread_stiff(), list = search.refinements(setting), t.drop_shares_of_what_is_on();
-      else run = to_histories(out.judged->results), run->scales = out.judged->scales;
+      else run = to_histories(out.judged->results);
     }
   } catch (const TooDear&) {
   } catch (const SimulationError&) {}

@@ -72,7 +72,6 @@ bool Straight::run_pilot(const Scene& scene, bool again) {
     return false;
   }
   fine_ = to_histories(run_.results);
-  fine_.scales = run_.scales;
   pictured_ = outputs_over_sizes(fine_);
   set_aside_lacking();
   return true;

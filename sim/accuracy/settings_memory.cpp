@@ -49,6 +49,7 @@ TomlValue beam_table(const BeamDef& beam) {
   toml_put(out, "chosen_effects", toml_truth(beam.chosen.effects));
   toml_put(out, "held_by", toml_text(beam.chosen.held_by));
   toml_put(out, "complete_inertia", toml_truth(beam.chosen.complete_inertia));
+  toml_put(out, "first_bending", toml_number(beam.chosen.first_bending));
   return out;
 }
 void read_beam(const TableReader& t, BeamDef& beam) {
@@ -71,6 +72,7 @@ void read_beam(const TableReader& t, BeamDef& beam) {
   beam.chosen.effects = t.boolean("chosen_effects", false);
   beam.chosen.held_by = t.text("held_by");
   beam.chosen.complete_inertia = t.boolean("complete_inertia", false);
+  beam.chosen.first_bending = t.number("first_bending", 0.0, not_negative);
 }
 
 TomlValue statement_table(const SolverStatistics& s) {

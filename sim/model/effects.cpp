@@ -398,11 +398,14 @@ void choose(const BeamDef& beam, const Vec3& normal_in_body, const Attachments& 
     say(fmt::format("{} on, {} and torsion off: the scene moves in a plane", e.bending_xy ? "bending_xy" : "bending_xz",
                     e.bending_xy ? "bending_xz" : "bending_xy"));
   } else {
-    e.bending_xy = e.bending_xz = true;
+    const bool called = has(beam.effects.names, "bending_xy") || has(beam.effects.names, "bending_xz");
+    const bool idle = beam.chosen.first_bending > 0.0 && !called;
+    e.bending_xy = e.bending_xz = !idle;
     e.torsion = attachments.count > 1;
-    reason["bending_xy"] = reason["bending_xz"] = {"program", "the scene is spatial"};
+    const char* why = idle ? "what acts on it, but for weight, acts along and about its axis" : "the scene is spatial";
+    reason["bending_xy"] = reason["bending_xz"] = {idle ? "symmetry" : "program", why};
     reason["torsion"] = {"program", e.torsion ? "what is attached may twist it" : "it is held in one place only"};
-    say("bending_xy and bending_xz on: the scene is spatial");
+    say(fmt::format("bending_xy and bending_xz {}: {}", idle ? "off" : "on", why));
     say(e.torsion ? "torsion on: what is attached may twist it" : "torsion off: it is attached in one place only, nothing twists it");
   }
   e.stiffening = true;

@@ -122,8 +122,8 @@ bool same(const FlexibleInitial& a, const FlexibleInitial& b) {
   return a.q == q && a.qd == qd && a.static_start == static_start;
 }
 bool same(const ProgramChoice& a, const ProgramChoice& b) {
-  const auto& [effects, held_by, complete_inertia] = b;
-  return a.effects == effects && a.held_by == held_by && a.complete_inertia == complete_inertia;
+  const auto& [effects, held_by, complete_inertia, first_bending] = b;
+  return a.effects == effects && a.held_by == held_by && a.complete_inertia == complete_inertia && a.first_bending == first_bending;
 }
 bool same(const BeamDef& a, const BeamDef& b) {
   const auto& [length, section, stations, axis, material, model, boundary, elements, volumes, keep_modes, keep_axial, keep_torsion,

@@ -59,6 +59,7 @@ Histories to_histories(const Results& results) {
   // A file may hold one of them alone.
   for (const VecX* energy : {&results.kinetic, &results.strain})
     if (energy->size() > 0) out.energy_scale = std::max(out.energy_scale, energy->maxCoeff());
+  out.scales = results.scales;
   out.statistics = results.statistics;
   return out;
 }

@@ -12,14 +12,6 @@
 
 namespace flexframe::sim {
 
-// Sizes of a mechanism and its motion, to tell an output that stands still but for rounding. 0: unknown.
-struct OutputScales {
-  double length = 0.0;  // m, size of the mechanism
-  double force = 0.0;   // N, largest force in a joint, weight
-  double speed = 0.0;   // m/s, of its mass on the average, at its fastest
-  bool rests = false;   // it stays in static equilibrium: what moves is rounding
-};
-
 struct Histories {
   VecX times;  // nt, s
   std::vector<std::string> columns, units;

@@ -75,8 +75,8 @@ void raise_scales(const System& system, const Energy& e, bool reactions, const R
                            std::max(e.kinetic, e.strain) / model.size});
   if (model.mass > 0.0) scales.speed = std::max(scales.speed, std::sqrt(2.0 * std::max(e.kinetic, 0.0) / model.mass));
   if (!reactions) return;
-  for (const Vec6& F : forces.part) scales.force = std::max(scales.force, F.head<3>().norm());
-  for (const Vec6& F : forces.loop) scales.force = std::max(scales.force, F.head<3>().norm());
+  for (const auto* all : {&forces.part, &forces.loop})
+    for (const Vec6& F : *all) scales.force = std::max({scales.force, F.head<3>().norm(), F.tail<3>().norm() / model.size});
 }
 
 // Shapes and stresses of the nodes, for renderers that map modes.
@@ -273,7 +273,7 @@ void Recorder::record(System& system, double t, const VecX& y) {
     joint.value.row(row) = work.q.segment(p.q0, p.joint.nq).transpose();
     joint.rate.row(row) = work.w.segment(p.v0, p.joint.nv).transpose();
   }
-  raise_scales(system, e, plans_.reactions, reactions_, scales_);
+  raise_scales(system, e, plans_.reactions, reactions_, results_.scales);
   results_.kinetic[row] = e.kinetic;
   results_.strain[row] = e.strain;
   results_.potential[row] = e.potential;

@@ -35,7 +35,6 @@ class Recorder {
   // Whether the sample was placed in the scene's plane: what else looks at it in space has to bring it there (set_state).
   bool in_plane() const { return needs_.in_plane; }
   Results finish(const System& system);
-  const OutputScales& scales() const { return scales_; }
 
  private:
   struct Piece {
@@ -53,7 +52,6 @@ class Recorder {
   std::optional<LoadStrain> loads_;  // of scenes whose pictures show stress
   Reactions reactions_;
   Results results_;
-  OutputScales scales_;
   MatX table_;
   Eigen::Index row_ = 0;
 };

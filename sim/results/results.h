@@ -121,6 +121,14 @@ struct SolverStatistics {
   Notes notes;                                // what was chosen, neglected, warned of
 };
 
+// Sizes of a mechanism and its motion, to tell an output that stands still but for rounding. 0: unknown.
+struct OutputScales {
+  double length = 0.0;  // m, size of the mechanism
+  double force = 0.0;   // N, largest force in a joint, weight
+  double speed = 0.0;   // m/s, of its mass on the average, at its fastest
+  bool rests = false;   // it stays in static equilibrium: what moves is rounding
+};
+
 struct Results {
   std::string title;
   std::string scene_file;  // as given
@@ -130,6 +138,7 @@ struct Results {
   std::vector<ResultJoint> joints;
   std::vector<ResultOutput> outputs;
   VecX kinetic, strain, potential, supplied, dissipated;  // nt each, J; system totals (supplied, dissipated: work since the start)
+  OutputScales scales;                                    // of the run; not in results files
   SolverStatistics statistics;
 };
 

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <set>
 #include <stdexcept>
 
 namespace flexframe::sim {
@@ -421,14 +422,20 @@ void report_left_out(const Scene& scene, const std::vector<LeftOutWorth>& found,
   }
 }
 
+// Bending that nothing excites comes where the beam is nearer to bending by itself than this (LeftOutWorth::critical).
+constexpr double most_critical = 0.25;
+
 bool call_for(const std::vector<LeftOutWorth>& found, double asked, Scene& scene, Notes& notes) {
   std::vector<LeftOutWorth> counted_in;
+  std::set<std::string> critical;
+  double most = 0.0;
   bool called = false;
   // The smallest stay out as long as all of them together are worth less than a third of what counts.
   double together = 0.0;
   for (auto f = found.rbegin(); f != found.rend(); ++f) {  // NOLINT(modernize-loop-convert): from the last to the first
     together += f->share;
-    if (!f->possible || (together <= asked * (worth_leaving_out / 1e-2) && f->blow <= asked)) continue;
+    const bool by_itself = f->critical > most_critical;
+    if (!f->possible || (together <= asked * (worth_leaving_out / 1e-2) && f->blow <= asked && !by_itself)) continue;
     std::vector<std::string> taken;
     for (const std::string& owner : f->owners)
       for (BodyDef& body : scene.bodies) {
@@ -445,13 +452,18 @@ bool call_for(const std::vector<LeftOutWorth>& found, double asked, Scene& scene
         taken.push_back(owner);
       }
     if (taken.empty()) continue;
-    if (f->share > asked * (worth_leaving_out / 1e-2) || f->blow <= asked)
+    if (by_itself) critical.insert(taken.begin(), taken.end()), most = std::max(most, f->critical);
+    else if (f->share > asked * (worth_leaving_out / 1e-2) || f->blow <= asked)
       merge(counted_in, {f->effect, taken, true, f->share, f->column}, [](const LeftOutWorth&) { return true; });
     else
       notes.tell("", fmt::format("{} of {} switched on: where bodies strike it takes up about {:.2g} of the blow", f->effect, quoted(taken),
                                  f->blow));
     called = true;
   }
+  if (!critical.empty())
+    notes.tell("", fmt::format("bending of {} switched on: what turns, presses or twists {} comes to {:.2g} of where beams may bend by "
+                               "themselves",
+                               quoted({critical.begin(), critical.end()}), critical.size() > 1 ? "them" : "it", most));
   for (const LeftOutWorth& f : counted_in)
     notes.tell("", fmt::format("{} of {} switched on: a run without it showed an influence of {} {:.2g} of the range of {}", f.effect,
                                quoted(f.owners), f.owners.size() > 1 ? "up to" : "about", f.share, f.column));

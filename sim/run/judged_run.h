@@ -16,7 +16,6 @@ namespace flexframe::sim {
 struct JudgedRun {
   Scene scene;  // as it was simulated: with what its beams with automatic effects need (with_called_effects)
   Results results;
-  OutputScales scales;
   std::vector<EffectState> effects;
   bool called = false;                     // scene and effects have more than the run had (without `again`)
   std::vector<LinearLimit> limits;         // how far its bodies were bent

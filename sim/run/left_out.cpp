@@ -456,6 +456,24 @@ void LeftOut::follow(const System& system, Item& item, const VecX& rest) {
   restore_frames();
 }
 
+void LeftOut::follow_axis(const System& system, Item& item) const {
+  if (!item.effect.starts_with("bending")) return;
+  for (const CutBeam& beam : sections_.beams()) {
+    const BeamDef& def = beam_of(scene_, beam.body);
+    const double first = def.chosen.first_bending;
+    if (!(first > 0.0) || std::find(item.bodies.begin(), item.bodies.end(), beam.body) == item.bodies.end()) continue;
+    double pressed = 0.0, twisted = 0.0;
+    for (size_t k = 0; k + 1 < beam.x.size(); ++k)
+      for (const Vec6& F : {beam.left[k], beam.right[k]}) pressed = std::max(pressed, -F[0]), twisted = std::max(twisted, std::abs(F[3]));
+    const Section& s = def.section;
+    const double EI = def.material.youngs_modulus * std::min(s.iy, s.iz), length = model_.size;
+    const double spin = system.work.parts[static_cast<size_t>(beam.part)].V.tail<3>().norm();
+    item.critical =
+        std::max(item.critical, std::pow(spin / first, 2) + 4.0 * pressed * length * length / (std::pow(std::numbers::pi, 2) * EI) +
+                                    twisted * length / (std::numbers::pi * EI));
+  }
+}
+
 // What the deformation of the motion moves: the mechanism without it, its joints as they are.
 void LeftOut::follow_deformation(const System& system) {
   const Energy energy = compute_energy(system.model, system.work);
@@ -506,7 +524,7 @@ void LeftOut::look(System& system, double t, const VecX& y) {
     free_ = std::any_of(free.begin(), free.end(), [](const Direction& d) { return d.rate >= 0; }) &&
             std::none_of(model_.parts.begin(), model_.parts.end(), [](const Part& p) { return p.joint.motion >= 0; });
   }
-  for (Item& item : items_) follow(system, item, rest), follow_turning(system, item);
+  for (Item& item : items_) follow(system, item, rest), follow_turning(system, item), follow_axis(system, item);
   follow_deformation(system);
   if (times_.size() % looks_a_vibration_look == 1) look_at_vibrations(system, t, y, rest);
 }
@@ -776,6 +794,10 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
   const Histories run = to_histories(results);
   // Without loops, which close to some 1e-11 of the size, what stands still stands exactly.
   const VecX ranges = model_.loops.empty() && !from_rest ? output_ranges(run, run) : output_ranges(run);
+  // Forces that are nothing but rounding of those inside the mechanism, at rest too.
+  Histories moving = run;
+  moving.scales.rests = false;
+  const VecX rounding = rounding_of_outputs(moving);
   std::map<std::string, double> largest;  // of a unit
   for (size_t c = 0; c < columns_.size(); ++c) {
     double& most = largest[run.units[c]];
@@ -835,7 +857,9 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
                    range = sized(c) ? known : std::max({known, most, known == 0.0 ? deformed[run.units[c]] : 0.0});
       // What counts as moving: histories.cpp.
       const bool length = run.units[c] == "m", kinematic = length || run.units[c] == "m/s" || run.units[c].starts_with("rad");
-      const double floor = run.units[c] == "N m" ? 1e-12 * largest["N"] : run.units[c].starts_with("rad") ? 1e-12 : 0.0;
+      const double floor = run.units[c].starts_with("N")     ? rounding[static_cast<Eigen::Index>(c)]
+                           : run.units[c].starts_with("rad") ? 1e-12
+                                                             : 0.0;
       if (!sized(c) && range <= std::max((kinematic ? still : 1e-6) * std::max(largest[run.units[c]], most), floor)) continue;
       const double drifted = known > 0.0 ? std::max(lost.phase * out_of_phase(lost, columns_[c], run.units[c], range),
                                                     std::min(1.0, slower[static_cast<Eigen::Index>(c)] / range))
@@ -854,6 +878,7 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
     if (found.share > by_looks) found.columns.resize(0);
     else found.columns = (found.columns.array() < 0.0).select(found.share, found.columns);
     found.blow = taken_of_blows(item);
+    found.critical = item.critical;
     const double missing = std::accumulate(item.energy.begin(), item.energy.end(), 0.0);
     if (unjudged && stored > 0.0 && missing > 0.0) found.inside = missing / (missing + stored);
     out.push_back(found);

@@ -44,6 +44,10 @@ struct LeftOutWorth {
   // contact stores. It lets the blow last longer and keeps part of it as vibration, also where it moves no output along the motion as it
   // is.
   double blow = 0.0;
+  // Of bending that nothing excites (idle_bending.h): how near the beam comes to bending by itself, by the square of its rate over
+  // the lowest frequency at which it bends, by what presses it over what buckles a column as long as the mechanism, clamped at one end, and
+  // by what twists it over such a shaft's load. 1: it may.
+  double critical = 0.0;
   // Of shear: what the sections' rotary inertia, which comes with it, does to the mechanism as it turns, roughly.
   double turning = 0.0;
 };
@@ -77,6 +81,7 @@ class LeftOut {
     std::vector<double> spinning;      // a look, of shear: the same of their turning about x, J
     double force = 0.0, moment = 0.0;  // the largest that makes it, N and Nm
     double reach = 0.0;                // largest displacement within a beam, m
+    double critical = 0.0;             // LeftOutWorth::critical
   };
   // A strain that a beam lacks and the section force that goes with it.
   struct Strained {
@@ -115,6 +120,7 @@ class LeftOut {
   void follow_deformation(const System& system);
   void look_at_vibrations(System& system, double t, const VecX& y, const VecX& rest);
   void follow_turning(const System& system, Item& item) const;
+  void follow_axis(const System& system, Item& item) const;
   // Adds to the strains of a beam that twists what its sections' tensor, turned by the twist, does where it turns about y and z.
   // Adds what forces along the axis do to the twist; 1/2 of their work on it, J.
   double untwist(const CutBeam& beam, std::vector<Strained>& out) const;

@@ -79,8 +79,7 @@ struct Alone {
   std::vector<int> unstiffened;          // without_second_order
   std::vector<LeftOutWorth> left_out;    // deformations
   std::vector<LeftOutWorth> to_measure;  // stiffening and gyroscopic terms and what shifts events, which a pair of runs tells better
-  OutputScales scales;
-  bool blows_unseen = false;  // something struck, and at no look anything was touched
+  bool blows_unseen = false;             // something struck, and at no look anything was touched
 };
 
 bool is_deformation(const LeftOutWorth& w) { return w.effect != "stiffening" && w.effect != "gyroscopic"; }
@@ -182,7 +181,6 @@ Results simulate_at(std::optional<double> tolerance, const Scene& scene, const S
         indefinite);
     alone.shares = shares;
     alone.blows_unseen = strikes && statistics.events > 0 && !touched;
-    alone.scales = recorder.scales();
     wanted = system.weights.narrowed(system);
     Results results = recorder.finish(system);
     results.statistics = statistics;
@@ -309,7 +307,6 @@ Unjudged simulate_once(const Scene& scene, const SimulateOptions& options, bool 
 void estimate_time(Unjudged& run) {
   if (!run.options.estimate_error || run.results.outputs.empty()) return;
   run.reference = to_histories(run.results);
-  run.reference.scales = run.alone.scales;
   run.beside = estimate_time(run.scene, run.options, run.alone, run.reference, run.results);
 }
 
@@ -653,7 +650,6 @@ JudgedRun run_judged(const Scene& scene, const SimulateOptions& options, double 
     }
     out.start = std::move(alone.start);
     out.results.statistics.notes.prepend(called.notes);
-    out.scales = alone.scales;
     out.effects = std::move(alone.effects);
     out.limits = std::move(alone.limits);
     out.left_out = std::move(alone.left_out);

@@ -2,6 +2,7 @@
 
 #include "sim/run/run_scene.h"
 #include "sim/run/second_run.h"
+#include "sim/run/work_budget.h"
 
 #include <fmt/format.h>
 
@@ -123,11 +124,15 @@ std::optional<Histories> tighter_run(const System& start, const Scene& scene, co
   SimulateOptions tight = options;
   tight.tolerance = 0.1 * s.tolerance;
   tight.method = static_cast<Method>(std::find(method_words().begin(), method_words().end(), s.method) - method_words().begin());
-  // What turns out to need many times the steps is given up.
+  // What turns out to need many times the steps, or the work, is given up: a step that follows vibrations may take any number of
+  // evaluations.
+  tight.progress = give_up_after(std::max(2.0, 4.0 * growth_of_steps(s.method, s.tolerance, tight.tolerance.value()) * s.work));
   tight.max_steps = std::min(6.0 * static_cast<double>(s.steps) + 1000.0, steps_allowed(scene, options));
   try {
     return simulate_histories_from(start, scene, tight);
   } catch (const SimulationError&) {
+    return {};
+  } catch (const BudgetSpent&) {
     return {};
   }
 }

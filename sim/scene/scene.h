@@ -103,6 +103,9 @@ struct ProgramChoice {
   bool effects = false;           // EffectChoice::names are what a requested accuracy or the motion needs, not the scene's
   std::string held_by;            // joint whose loop holds the beam's length (held_lengths.h): automatic effects count axial in
   bool complete_inertia = false;  // the truncated kinetic energy did not last (complete_inertia.h)
+  // Above 0: nothing but weight bends the beam (idle_bending.h), and automatic effects go without bending. The lowest frequency at which it
+  // bends, rad/s.
+  double first_bending = 0.0;
 };
 
 struct FlexibleInitial {

@@ -64,17 +64,13 @@ void build(System& system) {
   check_springs(system.model, system.scene, system.work);
 }
 
-// Flutter that half a hundredth of critical damping would hold, less than joints bring, and that grows by less than e within the run is no
-// part of its results.
-constexpr double little_damping = 5e-3;
-
 // Which state a static start found.
 void say_rest(const StaticSolution& found, double duration, Notes& notes) {
   const std::string text = fmt::format("static equilibrium: {} Newton steps{}, coordinates moved by up to {:.4g} m", found.iterations,
                                        found.load_steps > 1 ? fmt::format(" in {} load steps", found.load_steps) : "", found.moved);
   const Stability& s = found.stability;
   if (s.stable) notes.tell("", text);
-  else if (s.diverges || s.growth == 0.0 || s.growth * duration > 1.0 || s.damping_wanted > little_damping)
+  else if (!s.flutters_little(duration))
     notes.warn("",
                text + "; it is unstable: the smallest disturbance makes the mechanism leave it" +
                    (s.diverges || s.growth == 0.0

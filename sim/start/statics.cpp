@@ -436,9 +436,10 @@ void find_rest(StaticProblem& p, const Sought& what, const Scene& scene, const V
   VecX beside;
   if (turning && search(p, what, Way::nearest, out).rest) {
     out.stability = find_stability(p, what);
-    if (out.stability.stable) return;
+    if (out.stability.stable || out.stability.flutters_little(scene.simulation.duration)) return;
     beside = p.work.q;
   }
+  const bool flutters = beside.size() > 0 && !out.stability.diverges && out.stability.growth > 0.0;
   double length = 0.0;
   p.work.q = start;
   Found found = search(p, what, Way::downhill, out);
@@ -457,7 +458,7 @@ void find_rest(StaticProblem& p, const Sought& what, const Scene& scene, const V
       if (out.stability.stable) return;
     }
   }
-  if (!found.rest || (found.crossed && rests_without_loads(p, what, start))) {
+  if (!found.rest || (found.crossed && !flutters && rests_without_loads(p, what, start))) {
     const VecX direct = p.work.q;
     const Raised raised = raise_loads(p, what, start, out);
     out.snapped = raised.snapped;

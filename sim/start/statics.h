@@ -16,6 +16,12 @@ struct Stability {
   double frequency = 0.0;       // Hz, of the flutter that needs the most damping
   double damping_wanted = 0.0;  // the ratio that would hold that
   double slowest = 0.0;         // rad/s, of its vibrations; 0: not known
+
+  // Whether it is unstable by flutter that is no part of a run of so many seconds: half a hundredth of critical damping would hold it, less
+  // than joints bring, and it grows by less than e.
+  bool flutters_little(double duration) const {
+    return !stable && !diverges && growth > 0.0 && growth * duration <= 1.0 && damping_wanted <= 5e-3;
+  }
 };
 
 struct StaticSolution {
@@ -44,7 +50,8 @@ struct StaticSolution {
 // is Deuflhard's eq. 3.30). Where that fails, or leads over unstable states from a start that rests without loads, the loads are raised in
 // steps from zero, and the step is halved where it must; where the states so reached end, at a limit load, the search runs downhill to what
 // lies beyond it (snap-through). Where prescribed motions turn the mechanism, the state beside the start is taken if its small motions are
-// stable (linearise.h): gyroscopic forces hold what stiffness alone does not.
+// stable (linearise.h), or flutter by little: gyroscopic forces hold what stiffness alone does not. From one that flutters by more the
+// loads are not raised again, which would pass its critical speed.
 // Throws InputError naming the coordinate that finds no rest and the force that drives it, prescribed accelerations where these are the
 // reason, and beams deformed beyond what their linear displacements can show.
 StaticSolution solve_statics(const Model& model, const Scene& scene, Work& work, const std::vector<char>& left = {});

@@ -41,15 +41,23 @@ bool closed_form(const System& system) {
       return false;
   for (const LoopJoint& loop : model.loops)
     if (loop.spring) return false;
-  for (size_t c = 0; c < model.clusters.size(); ++c) {
-    if (model.clusters[c].parent != ground) return false;
-    for (int k : system.work.clusters[c].partition.dep) {
-      const int v = model.clusters[c].v0 + k;
-      for (int i : model.clusters[c].parts)
-        if (v >= model.parts[i].ev0 && v < model.parts[i].ev0 + model.parts[i].body.n) return false;
-    }
-  }
-  return true;
+  return std::all_of(model.clusters.begin(), model.clusters.end(), [](const Cluster& c) { return c.parent == ground; });
+}
+
+bool is_elastic(const Model& model, const Cluster& cluster, int rate) {
+  const int v = cluster.v0 + rate;
+  return std::any_of(cluster.parts.begin(), cluster.parts.end(), [&](int i) {
+    const Part& p = model.parts[i];
+    return v >= p.ev0 && v < p.ev0 + p.body.n;
+  });
+}
+
+// Whether deformations close loops: a rod held at both ends but for its spin lengthens so that they meet.
+bool closed_by_deformation(const System& system) {
+  for (size_t c = 0; c < system.model.clusters.size(); ++c)
+    for (int k : system.work.clusters[c].partition.dep)
+      if (is_elastic(system.model, system.model.clusters[c], k)) return true;
+  return false;
 }
 
 // T: rates of all coordinates per independent rate.
@@ -186,6 +194,24 @@ void complete_mass_matrices(System& system) {
   sim::complete_mass_matrices(system.model, work);
 }
 
+// Of a cluster whose loops deformations close: K = -N^T Ke N and D = -N^T De N for those of its independent rates that are `elastic`, as
+// rows, N what all of its elastic rates are per independent one (the loops' own change with the coordinates is left out).
+void add_closing_stiffness(const System& system, size_t cluster, const std::vector<int>& elastic, MatX& K, MatX& D) {
+  const Cluster& c = system.model.clusters[cluster];
+  const ClusterWork& cw = system.work.clusters[cluster];
+  const Eigen::Index ni = static_cast<Eigen::Index>(cw.partition.ind.size());
+  MatX N = MatX::Zero(c.nv, ni);
+  for (Eigen::Index k = 0; k < ni; ++k) N(cw.partition.ind[static_cast<size_t>(k)], k) = 1.0;
+  for (size_t d = 0; d < cw.partition.dep.size(); ++d) N.row(cw.partition.dep[d]) = cw.E.row(static_cast<Eigen::Index>(d));
+  for (const int i : c.parts) {
+    const Part& part = system.model.parts[i];
+    if (part.body.n == 0) continue;
+    const MatX all = N.middleRows(part.ev0 - c.v0, part.body.n), moved = all(Eigen::all, elastic);
+    K -= (part.body.Ke * moved).transpose() * all;
+    if (part.body.De.size() > 0) D -= (part.body.De * moved).transpose() * all;
+  }
+}
+
 // The columns of A and B that follow from the bodies' stiffness and damping, through the mass matrix of the state evaluated last.
 void update_closed_columns(const System& system, const std::vector<Direction>& all, MechanicalJacobian& out) {
   const Model& model = system.model;
@@ -203,8 +229,12 @@ void update_closed_columns(const System& system, const std::vector<Direction>& a
       }
     const Eigen::Index ne = static_cast<Eigen::Index>(elastic.size());
     MatX K = MatX::Zero(ne, ni), D;
+    const std::vector<int>& dep = cw.partition.dep;
+    const bool closing = std::any_of(dep.begin(), dep.end(), [&](int k) { return is_elastic(model, model.clusters[c], k); });
+    for (const int i : model.clusters[c].parts) damped = damped || (closing && model.parts[i].body.De.size() > 0);
     if (damped) D = K;
-    for (Eigen::Index r = 0; r < ne; ++r) {
+    if (closing) add_closing_stiffness(system, c, elastic, K, D);
+    for (Eigen::Index r = 0; r < ne && !closing; ++r) {
       const Direction& a = all[first + elastic[r]];
       const FlexibleBody& body = model.parts[a.part].body;
       for (int i : elastic) {
@@ -282,13 +312,15 @@ bool few_joints(const std::vector<Direction>& all) { return joint_count(all) <= 
 
 }  // namespace
 
-bool matrix_is_cheap(const System& system) { return closed_form(system) && few_joints(directions(system)); }
+bool matrix_is_cheap(const System& system) {
+  return closed_form(system) && !closed_by_deformation(system) && few_joints(directions(system));
+}
 
 void update_newton_matrix(System& system, double t, const double* y, const double* rates, const Renewal& renewal, MechanicalJacobian& out) {
   const std::vector<Direction> all = directions(system);
   const int nw = static_cast<int>(all.size()), size = state_size(system);
   const bool fresh = renewal.fresh || out.A.rows() != nw;
-  const bool known = closed_form(system), cheap = known && few_joints(all);
+  const bool known = closed_form(system), cheap = known && !closed_by_deformation(system) && few_joints(all);
 
   // Coordinates first: differences move work.
   VecX base_rate(size);
