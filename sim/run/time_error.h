@@ -49,8 +49,8 @@ struct EnergyGap {
 };
 EnergyGap missing_energy(const Results& results);
 
-// Warns where the energies of the results do not balance (missing_energy): work is no output, so no second run compares it, and where nothing
-// feels it no step is made for it. asked: a note, as an accuracy is asked of outputs.
+// Warns where the energies of the results do not balance (missing_energy): work is no output, so no second run compares it, and where
+// nothing feels it no step is made for it. asked: a note, as an accuracy is asked of outputs.
 void tell_of_energies(Results& results, bool asked);
 
 }  // namespace flexframe::sim
