@@ -4,6 +4,7 @@
 #include "sim/bodies/normal_modes.h"
 #include "sim/dynamics/directions.h"
 #include "sim/dynamics/dynamics.h"
+#include "sim/dynamics/massless.h"
 #include "sim/start/make_system.h"
 #include "sim/start/statics.h"
 #include "sim/start/structural_matrices.h"
@@ -180,7 +181,7 @@ Scene without_idle_bending(const Scene& given, bool asked) {
       !asked && std::none_of(scene.outputs.begin(), scene.outputs.end(), [](const OutputDef& o) { return tells_moments(o.quantity); });
   try {
     System system = make_system(scene);
-    if (system.plane || !system.model.massless.rates.empty()) return scene;
+    if (system.plane || !all_have_inertia(system.model)) return scene;
     std::set<int> idle;
     for (size_t b = 0; b < scene.bodies.size(); ++b)
       if (is_candidate(scene, system.model, b)) idle.insert(static_cast<int>(b));
