@@ -425,7 +425,24 @@ void report_left_out(const Scene& scene, const std::vector<LeftOutWorth>& found,
 // Bending that nothing excites comes where the beam is nearer to bending by itself than this (LeftOutWorth::critical).
 constexpr double most_critical = 0.25;
 
+namespace {
+
+// Whether bending that was left out as nothing seemed to excite it (idle_bending.h) has to come.
+bool calls_idle_bending(const LeftOutWorth& f, double asked, const Scene& scene) {
+  if (!f.possible || !f.effect.starts_with("bending")) return false;
+  if (f.critical <= most_critical && f.share <= asked * (worth_leaving_out / 1e-2)) return false;
+  return std::any_of(scene.bodies.begin(), scene.bodies.end(), [&](const BodyDef& body) {
+    const auto* beam = std::get_if<BeamDef>(&body.kind);
+    return beam && beam->chosen.first_bending > 0.0 && std::find(f.owners.begin(), f.owners.end(), body.name) != f.owners.end();
+  });
+}
+
+}  // namespace
+
 bool call_for(const std::vector<LeftOutWorth>& found, double asked, Scene& scene, Notes& notes) {
+  // Along a motion that lacks the bending that it should have, other effects may be all that moves an output.
+  const bool bends_first =
+      std::any_of(found.begin(), found.end(), [&](const LeftOutWorth& f) { return calls_idle_bending(f, asked, scene); });
   std::vector<LeftOutWorth> counted_in;
   std::set<std::string> critical;
   double most = 0.0;
@@ -435,6 +452,7 @@ bool call_for(const std::vector<LeftOutWorth>& found, double asked, Scene& scene
   for (auto f = found.rbegin(); f != found.rend(); ++f) {  // NOLINT(modernize-loop-convert): from the last to the first
     together += f->share;
     const bool by_itself = f->critical > most_critical;
+    if (bends_first && !f->effect.starts_with("bending")) continue;
     if (!f->possible || (together <= asked * (worth_leaving_out / 1e-2) && f->blow <= asked && !by_itself)) continue;
     std::vector<std::string> taken;
     for (const std::string& owner : f->owners)

@@ -115,7 +115,11 @@ class Probe {
       work.w[d.v] = share * unit * state.rates * (d.rate < 0 ? 1e-3 : 1.0);
     }
     update_expressions(system_.model, state.time, work);
-    work.motion = motion_;
+    // Driven joints stand as they start, at the rates of that time or of the state.
+    for (size_t i = 0; i < work.motion.size(); ++i) {
+      work.motion[i].value = motion_[i].value;
+      if (state.rates > 0.0) work.motion[i].rate = state.rates * std::min(1.0, model.size);
+    }
     update_positions(model, work);
     update_velocities(model, work);
     update_system_accelerations(system_);

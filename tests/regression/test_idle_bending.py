@@ -90,6 +90,9 @@ with temporary_folder() as name:
 
     check = ("--no-error-estimate",)
     expect(on in notes(overhung(centre=[0, 1e-3, 0]), *check), "a load beside the axis does not bend the shaft")
+    driven = overhung(centre=[0, 1e-4, 0]).replace('kind = "revolute"', 'kind = "revolute"\nmotion = "1000 * t^2"')
+    says = notes(driven, *check)
+    expect(on in says and "switched on" not in says, f"a load beside the axis of a driven shaft is found after a run only: {says}")
     weighed = overhung(gravity=[0, -9.81, 0]) + output("m", "b", "reaction")
     expect(on in notes(weighed, *check), "weight that a reaction tells does not bend the shaft")
     # What comes later, and a shaft that turns faster than it bends: the motion tells.
