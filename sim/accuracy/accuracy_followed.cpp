@@ -229,7 +229,7 @@ double Followed::tail(double left) const {
 
 // What lacks, by what a finer run changes (columns x samples).
 MatX Followed::with_tail(double beyond, const MatX& left) const {
-  double growth = tail_of_forces;  // of the finer run's modes, where that is least
+  double growth = 2.0;  // of the finer run's modes, where that is least
   for (const Refinement& r : list)
     if (!r.stiff && r.growth > 1.0) growth = std::min(growth, r.growth);
   const double of_forces = search.undamped ? tail_of_forces : std::max(tail_of_forces, after_a_blow / (1.0 - 1.0 / growth));

@@ -422,10 +422,10 @@ void report_left_out(const Scene& scene, const std::vector<LeftOutWorth>& found,
   }
 }
 
+namespace {
+
 // Bending that nothing excites comes where the beam is nearer to bending by itself than this (LeftOutWorth::critical).
 constexpr double most_critical = 0.25;
-
-namespace {
 
 // Whether bending that was left out as nothing seemed to excite it (idle_bending.h) has to come.
 bool calls_idle_bending(const LeftOutWorth& f, double asked, const Scene& scene) {

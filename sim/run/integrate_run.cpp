@@ -184,11 +184,14 @@ class MotionRun {
   std::vector<StopSpring> touched;
   std::vector<std::string> changes;
   bool slips = false;
-  bool anew = false;                                                    // nothing has been evaluated since the integrator began
-  bool lost = false;                                                    // the run ends as loops cannot be followed
-  StepWorks works;                                                      // of a step, where they are asked for
-  Eigen::Vector2d unworked = {0.0, 0.0}, unworked_before = {0.0, 0.0};  // what the state's own works lack, now and where the step began
+  bool anew = false;     // nothing has been evaluated since the integrator began
+  bool lost = false;     // the run ends as loops cannot be followed
   bool passing = false;  // a step passes a change point: its loops may be on either side of it
+
+  // Where works are asked for: those of a step, and what the state's own lack, J, now and where the step began.
+  const bool with_works = told_to.works && system.quadrature;
+  StepWorks works;
+  Eigen::Vector2d unworked = {0.0, 0.0}, unworked_before = {0.0, 0.0};
 };
 
 // ---- The problem that the integrators solve --------------------------------------------------------------------------------------------
@@ -493,11 +496,11 @@ void MotionRun::hand_out_samples(double now) {
   // A sample that is later by rounding alone belongs to the piece that ends here: what jumps at its time is told as it was before.
   const double until = now * (1.0 + same_time);
   const auto passed = [&](size_t k) { return k < times.size() && times[k] <= until; };
-  const bool followed = told_to.works && system.quadrature && follow_works(now);
+  const bool followed = with_works && follow_works(now);
   const auto one_by_one = [&](double t) {
     integrator->interpolate(t, at);
     if (followed) at.tail<2>() = begin_y.tail<2>() + unworked_before + works.at(t);
-    else if (told_to.works && system.quadrature) at.tail<2>() += unworked;
+    else if (with_works) at.tail<2>() += unworked;
     sample(system, t, at);
     if (any_crossed(system)) keep_assembly({integrator->previous_time(), begin_y.data()}, {t, at.data()});
   };
@@ -718,7 +721,7 @@ bool MotionRun::end_trial(double now) {
 void MotionRun::sample_start() {
   for (; next < times.size() && times[next] <= from; ++next) {
     at = y;
-    if (told_to.works && system.quadrature) at.tail<2>() += unworked;
+    if (with_works) at.tail<2>() += unworked;
     sample(system, from, at);
     at_work.valid = false;
   }

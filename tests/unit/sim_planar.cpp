@@ -346,6 +346,16 @@ TEST(Planar, SpatialScenesAreLeftAlone) {
             nullptr);
 }
 
+// Derivative of the accelerations along a change of the states from `first` on, by central differences. For scenes without blocks.
+VecX slope_along(System& system, const VecX& y, Eigen::Index first, const VecX& change, double step) {
+  VecX at = y, plus(y.size()), minus(y.size());
+  at.segment(first, change.size()) += step * change;
+  state_rate(system, 0.0, at.data(), plus.data());
+  at.segment(first, change.size()) -= 2.0 * step * change;
+  state_rate(system, 0.0, at.data(), minus.data());
+  return (plus - minus).segment(system.model.nq, y.size() - system.model.nq - (system.quadrature ? 2 : 0)) / (2.0 * step);
+}
+
 // All columns for the exponential method: those of the rates are made where the places are, about rates that may be known.
 TEST(NewtonMatrix, AllColumnsAreDifferencesOfTheRates) {
   // Few modes: with stiff ones the differences are of the rates' last digits.
@@ -394,7 +404,7 @@ TEST(NewtonMatrix, IsTheDerivative) {
     System system = system_of(text);
     std::mt19937 random(3);
     VecX y = random_state(system, random);
-    VecX rate(y.size()), plus(y.size()), minus(y.size());
+    VecX rate(y.size()), plus(y.size());
     system.weights.begin(system, Method::dirk, y);
     state_rate(system, 0.0, y.data(), rate.data());
     MechanicalJacobian j;
@@ -417,24 +427,12 @@ TEST(NewtonMatrix, IsTheDerivative) {
     EXPECT_LE((T * y.segment(nq, nw) - rate.head(nq)).cwiseAbs().maxCoeff(), 1e-12 * (1.0 + rate.head(nq).cwiseAbs().maxCoeff()));
     const double largest = j.A.cwiseAbs().maxCoeff();
     for (int k = 0; k < nw; ++k) {
-      const double step = 1e-6;
-      VecX at = y;
-      at.head(nq) += step * T.col(k);
-      state_rate(system, 0.0, at.data(), plus.data());
-      at.head(nq) -= 2.0 * step * T.col(k);
-      state_rate(system, 0.0, at.data(), minus.data());
-      const VecX column = (plus - minus).segment(nq, nw) / (2.0 * step);
+      const VecX column = slope_along(system, y, 0, T.col(k), 1e-6);
       EXPECT_LE((column - j.A.col(k)).cwiseAbs().maxCoeff(), 1e-4 * largest) << k;
     }
     // Joints' columns of B, and what they are made by: accelerations beside a state whose positions stay.
     for (const int k : j.beside) {
-      constexpr double step = 1e-4;
-      VecX at = y;
-      at[nq + k] += step;
-      state_rate(system, 0.0, at.data(), plus.data());
-      at[nq + k] -= 2.0 * step;
-      state_rate(system, 0.0, at.data(), minus.data());
-      const VecX column = (plus - minus).segment(nq, nw) / (2.0 * step);
+      const VecX column = slope_along(system, y, nq + k, VecX::Ones(1), 1e-4);
       EXPECT_LE((column - j.B.col(k)).cwiseAbs().maxCoeff(), 1e-4 * (1.0 + column.cwiseAbs().maxCoeff())) << k;
     }
     VecX faster = y, beside(nw);
@@ -456,7 +454,6 @@ TEST(NewtonMatrix, ThroughLoopsThatDeformationsClose) {
                 joint("spins", "revolute", "ground", "rod.root", "axis = [1, 0, 0]") +
                 joint("end", "spherical", "ground", "rod.tip", "position = [0.4, 0, 0]"));
   const VecX y = pack_state(system, Eigen::Vector2d::Zero());
-  VecX plus(y.size()), minus(y.size());
   system.weights.begin(system, Method::dirk, y);
   // Fresh once; then only what is known in closed form is renewed, which brings back columns that were lost.
   MechanicalJacobian j;
@@ -470,23 +467,12 @@ TEST(NewtonMatrix, ThroughLoopsThatDeformationsClose) {
   update_newton_matrix(system, 0.0, y.data(), nullptr, {.fresh = false}, j);
   int known = 0;
   for (int k = 0; k < nw; ++k) {
-    const double step = 1e-6;
-    VecX at = y;
-    at.head(nq) += step * T.col(k);
-    state_rate(system, 0.0, at.data(), plus.data());
-    at.head(nq) -= 2.0 * step * T.col(k);
-    state_rate(system, 0.0, at.data(), minus.data());
-    const VecX column = (plus - minus).segment(nq, nw) / (2.0 * step);
+    const VecX column = slope_along(system, y, 0, T.col(k), 1e-6);
     EXPECT_LE((column - A.col(k)).cwiseAbs().maxCoeff(), 1e-4 * largest) << k;
     if (j.A.col(k).isZero(0.0)) continue;
     ++known;
     EXPECT_LE((column - j.A.col(k)).cwiseAbs().maxCoeff(), 1e-4 * largest) << k;
-    at = y;
-    at[nq + k] += 1e-4;
-    state_rate(system, 0.0, at.data(), plus.data());
-    at[nq + k] -= 2e-4;
-    state_rate(system, 0.0, at.data(), minus.data());
-    const VecX faster = (plus - minus).segment(nq, nw) / 2e-4;
+    const VecX faster = slope_along(system, y, nq + k, VecX::Ones(1), 1e-4);
     EXPECT_LE((faster - B.col(k)).cwiseAbs().maxCoeff(), 1e-4 * B.cwiseAbs().maxCoeff()) << k;
   }
   EXPECT_GE(known, nw - 1);
@@ -515,14 +501,8 @@ TEST(NewtonMatrix, OfABeamThatBendsFar) {
     ASSERT_EQ(j.pieces.size(), 1u);
     const MatX B = -j.pieces[0].mass.ldlt().solve(j.pieces[0].damping);
     const int nq = system.model.nq;
-    VecX plus(y.size()), minus(y.size());
     for (Eigen::Index k = 0; k < n; ++k) {
-      VecX at = y;
-      at[nq + k] += 1e-4;
-      state_rate(system, 0.0, at.data(), plus.data());
-      at[nq + k] -= 2e-4;
-      state_rate(system, 0.0, at.data(), minus.data());
-      const VecX column = (plus - minus).segment(nq, n) / 2e-4;
+      const VecX column = slope_along(system, y, nq + k, VecX::Ones(1), 1e-4).head(n);
       EXPECT_LE((column - B.col(k)).cwiseAbs().maxCoeff(), 1e-6 * B.cwiseAbs().maxCoeff()) << elements << " elements, " << k;
     }
   }
