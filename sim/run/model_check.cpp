@@ -305,6 +305,15 @@ class Comparison {
   const NeglectOptions& run_;
 };
 
+// Finite elements in one frame have a damping ratio in every mode, however many they are.
+bool damped_alike(const Scene& scene, const Scene& rich, const std::vector<size_t>& bodies) {
+  const auto of_elements = [](const Scene& s, size_t b) {
+    const auto* beam = std::get_if<BeamDef>(&s.bodies[b].kind);
+    return beam && beam->model == BeamModel::finite_element;
+  };
+  return std::all_of(bodies.begin(), bodies.end(), [&](size_t b) { return of_elements(scene, b) && of_elements(rich, b); });
+}
+
 // Changes the scene's beams by `enrich`; both scenes get plain damping where the models could not have the same otherwise.
 template <class Enrich>
 Comparison compared(const Scene& scene, const std::vector<EffectState>& states, const std::vector<size_t>& bodies,
@@ -314,7 +323,7 @@ Comparison compared(const Scene& scene, const std::vector<EffectState>& states, 
     if (std::optional<Scene> next = enrich(rich, body)) rich = std::move(*next), changed.push_back(body);
   std::optional<Scene> plain;
   if (options.no_run_of_it) plain = scene;
-  if (damped_by_modes(scene, changed)) {
+  if (damped_by_modes(scene, changed) && !damped_alike(scene, rich, changed)) {
     plain = with_plain_damping(scene, changed, states);
     for (const size_t body : changed)
       std::get<BeamDef>(rich.bodies[body].kind).damping = std::get<BeamDef>(plain->bodies[body].kind).damping;
@@ -460,76 +469,123 @@ BendingWorth check_bending(const Scene& scene, const std::vector<EffectState>& s
   return worth;
 }
 
-// Whether half as many elements, four of a beam at least, change so little that twice as many, which cost eight times that, cannot change
-// more; said so then. Elements err by the second power of their length at least, so that half of them are three times as wrong.
-bool half_do(const Scene& scene, const std::vector<EffectState>& states, const std::vector<size_t>& bodies, const Histories& base,
-             const ModelCheckOptions& options, SolverStatistics& out) {
-  std::vector<size_t> changed;
-  constexpr int fewest = 4;
-  const auto half = [&](const Scene& s, size_t b) {
-    const auto& beam = std::get<BeamDef>(s.bodies[b].kind);
-    const int elements = elements_of(beam) / 2;
-    std::optional<Scene> next = beam.model == BeamModel::mixed || elements < fewest ? std::nullopt : with_elements(s, states, b);
-    if (next) std::get<BeamDef>(next->bodies[b].kind).elements = elements;
-    return next;
-  };
-  Comparison comparison = compared(scene, states, bodies, changed, half, options);
-  if (changed.size() != bodies.size()) return false;
-  const std::optional<Found> found = comparison.measure(base);
-  if (!found || found->share > 0.5 * options.asked) return false;
-  for (const size_t b : bodies)
-    out.notes.tell(fmt::format("body '{}'", scene.bodies[b].name),
-                   fmt::format("with half as many elements {} changes by {:.1g} of its range", found->column, found->share));
-  return true;
+// A lumped beam of so many pieces; none where the scene gives their coordinates.
+std::optional<Scene> with_pieces(const Scene& scene, size_t body, int pieces) {
+  Scene out = scene;
+  const std::string& name = scene.bodies[body].name;
+  auto& beam = std::get<BeamDef>(out.bodies[body].kind);
+  if (!beam.initial.q.empty() || !beam.initial.qd.empty() || !name_places(out, beam, name)) return std::nullopt;
+  std::erase_if(out.outputs,
+                [&](const OutputDef& o) { return o.of.body == name && (o.quantity == Quantity::q || o.quantity == Quantity::qd); });
+  beam.elements = pieces;
+  return out;
 }
 
-// Beams whose number of elements or modes nobody has judged, or whose vibrations samples do not show: beside twice as many elements.
+// A beam as it is, of half as many elements: of a mixed one in each volume, or half its volumes where each is one element. None where it
+// has too few for that.
+std::optional<Scene> with_half_as_many(const Scene& scene, const std::vector<EffectState>& states, size_t b) {
+  constexpr int fewest = 4;
+  const auto& beam = std::get<BeamDef>(scene.bodies[b].kind);
+  const int elements = elements_of(beam) / 2;
+  if (elements < fewest) return std::nullopt;
+  if (beam.model == BeamModel::lumped) return with_pieces(scene, b, elements);
+  const bool mixed = beam.model == BeamModel::mixed;
+  std::optional<Scene> next =
+      mixed ? with_volumes(scene, states, b, beam.elements > 1 ? beam.volumes : beam.volumes / 2) : with_elements(scene, states, b);
+  if (next) std::get<BeamDef>(next->bodies[b].kind).elements = mixed ? std::max(1, beam.elements / 2) : elements;
+  return next;
+}
+
+// The same of twice as many. A beam that has as many as it may gets them in two volumes, each with as many: `divided`.
+std::optional<Scene> with_twice_as_many(const Scene& scene, const std::vector<EffectState>& states, size_t b, bool& divided) {
+  const auto& beam = std::get<BeamDef>(scene.bodies[b].kind);
+  if (beam.model == BeamModel::lumped) return with_pieces(scene, b, 2 * beam.elements);
+  if (beam.model == BeamModel::mixed) return with_volumes(scene, states, b, 2 * beam.volumes);
+  const int elements = elements_of(beam);
+  BeamDef finer = beam;
+  finer.elements = 2 * elements;
+  finer.keep_modes.reset();
+  const BeamEffects effects = deformations(states, b);
+  const int computed = beam::computed_elements(finer, effects);
+  divided = beam.model == BeamModel::finite_element && computed < 2 * elements && computed <= beam::computed_elements(beam, effects);
+  std::optional<Scene> next = divided ? with_volumes(scene, states, b, 2) : with_elements(scene, states, b);
+  if (next) std::get<BeamDef>(next->bodies[b].kind).elements = divided ? computed : 2 * elements;
+  divided &= next.has_value();
+  return next;
+}
+
+// A beam keeps as many modes as it has: what they leave out is told by few_modes.h.
+void keep_as_many(const Scene& scene, size_t b, Scene& changed) {
+  const auto& from = std::get<BeamDef>(scene.bodies[b].kind);
+  auto& to = std::get<BeamDef>(changed.bodies[b].kind);
+  if (to.model != BeamModel::finite_element) return;
+  to.keep_modes = from.keep_modes, to.keep_axial = from.keep_axial, to.keep_torsion = from.keep_torsion;
+}
+
+// Beams whose number of elements or modes nobody has judged, or whose vibrations samples do not show, or that ring: beside half as many
+// elements, and twice as many where that leaves it open.
 void check_elements(const Scene& scene, const std::vector<EffectState>& states, const Histories& base, const ModelCheckOptions& options,
                     SolverStatistics& out) {
-  std::vector<size_t> bodies, changed, candidates = options.unjudged;
-  candidates.insert(candidates.end(), options.between_samples.begin(), options.between_samples.end());
-  for (const size_t b : candidates)
-    if (const auto* beam = std::get_if<BeamDef>(&scene.bodies[b].kind);
-        beam && beam->model != BeamModel::lumped && !has_forms_of_ends(*beam))
-      bodies.push_back(b);
+  std::vector<size_t> bodies, changed, divided;
+  const auto is_in = [](const std::vector<size_t>& list, size_t b) { return std::find(list.begin(), list.end(), b) != list.end(); };
+  for (const std::vector<size_t>* candidates : {&options.unjudged, &options.between_samples, &options.ringing})
+    for (const size_t b : *candidates)
+      if (const auto* beam = std::get_if<BeamDef>(&scene.bodies[b].kind);
+          beam && (candidates == &options.ringing || beam->model != BeamModel::lumped) && !has_forms_of_ends(*beam) && !is_in(bodies, b))
+        bodies.push_back(b);
   if (bodies.empty()) return;
-  // A beam that has as many elements as it may gets them in two volumes, each with as many.
-  std::vector<size_t> divided;
-  const auto twice = [&](const Scene& s, size_t b) {
-    const auto& beam = std::get<BeamDef>(s.bodies[b].kind);
-    if (beam.model == BeamModel::mixed) return with_volumes(s, states, b, 2 * beam.volumes);
-    const int elements = elements_of(beam);
-    BeamDef finer = beam;
-    finer.elements = 2 * elements;
-    finer.keep_modes.reset();
-    const BeamEffects effects = deformations(states, b);
-    const int computed = beam::computed_elements(finer, effects);
-    const bool most =
-        beam.model == BeamModel::finite_element && computed < 2 * elements && computed <= beam::computed_elements(beam, effects);
-    std::optional<Scene> next = most ? with_volumes(s, states, b, 2) : with_elements(s, states, b);
-    if (!next) return next;
-    std::get<BeamDef>(next->bodies[b].kind).elements = most ? computed : 2 * elements;
-    if (most) divided.push_back(b);
-    return next;
-  };
   // Other effects that are left out add to what elements lack: without an asked accuracy, which adds them up, less is warned of.
   ModelCheckOptions judged = options;
   if (options.unjudged.empty()) judged.asked *= 0.8;
-  if (!options.unjudged.empty() && half_do(scene, states, bodies, base, judged, out)) return;
+  // Elements err by the first power of their length at least where they ring, else by the second: what half of them change by little, twice
+  // as many, which cost eight times that, cannot change by more.
+  std::optional<Found> half;
+  bool dear = false;  // twice as many would take longer than they may, as the price grows from half of them
+  if (!options.unjudged.empty() || !options.ringing.empty()) {
+    const double before = work_seconds();
+    const auto fewer = [&](const Scene& s, size_t b) {
+      std::optional<Scene> next = with_half_as_many(s, states, b);
+      if (next && !is_in(options.unjudged, b)) keep_as_many(scene, b, *next);
+      return next;
+    };
+    Comparison comparison = compared(scene, states, bodies, changed, fewer, judged);
+    if (changed.size() == bodies.size()) half = comparison.measure(base);
+    changed.clear();
+    judged.budget = std::max(0.0, judged.budget - (work_seconds() - before));
+    dear = half && std::pow(base.statistics.work, 2) > judged.budget * comparison.rich_cpu();
+    if (half && half->share <= 0.5 * judged.asked) {
+      for (const size_t b : bodies)
+        out.notes.tell(fmt::format("body '{}'", scene.bodies[b].name),
+                       fmt::format("with half as many elements {} changes by {:.1g} of its range", half->column, half->share));
+      return;
+    }
+  }
+  const auto twice = [&](const Scene& s, size_t b) {
+    bool in_two = false;
+    std::optional<Scene> next = with_twice_as_many(s, states, b, in_two);
+    if (in_two) divided.push_back(b);
+    if (next && !is_in(options.unjudged, b)) keep_as_many(scene, b, *next);
+    return next;
+  };
   Comparison comparison = compared(scene, states, bodies, changed, twice, judged);
-  const std::optional<Found> found = changed.empty() ? std::nullopt : comparison.measure(base);
+  const std::optional<Found> found = changed.empty() || dear ? std::nullopt : comparison.measure(base);
   for (const size_t b : bodies) {
     const std::string owner = fmt::format("body '{}'", scene.bodies[b].name);
-    const bool two = std::find(divided.begin(), divided.end(), b) != divided.end();
+    const bool two = is_in(divided, b), given = is_in(options.unjudged, b);
     const char* more = two ? "two volumes of as many elements each" : "twice as many elements";
-    const bool between = std::find(options.unjudged.begin(), options.unjudged.end(), b) == options.unjudged.end();
-    if (!found && between && comparison.too_long())
-      out.notes.warn(owner, fmt::format("vibrates faster than the samples show, or in waves, for which its elements may be too few; what "
-                                        "more of them change was not measured, as that would take several times as long as the run: "
-                                        "compare with a run of {}",
+    if (!found && !given && half && half->share <= judged.asked)
+      out.notes.tell(owner, fmt::format("with half as many elements {} changes by {:.1g} of its range", half->column, half->share));
+    else if (!found && !given && half)
+      out.notes.warn(owner, fmt::format("with half as many elements {} changes by {:.2g} of its range, so that its elements may be too few "
+                                        "for how it rings; what more of them change was not measured, as that would take several times as "
+                                        "long as the run: compare with a run of {}, damp it, or let its loads come gradually",
+                                        half->column, half->share, more));
+    else if (!found && !given && comparison.too_long())
+      out.notes.warn(owner, fmt::format("vibrates so fast that its elements may be too few; what more of them change was not measured, as "
+                                        "that would take several times as long as the run: compare with a run of {}",
                                         more));
-    else if (!found && between)
-      out.notes.tell(owner, "vibrates faster than the samples show, or in waves; what more elements would change could not be told");
+    else if (!found && !given)
+      out.notes.tell(owner, "vibrates so fast that its elements may be too few; what more of them would change could not be told");
     else if (!found)
       out.notes.warn(owner,
                      fmt::format("{}, and the influence of more of them could not be measured: it is not part of the estimated error",
@@ -641,7 +697,7 @@ bool any_to_check(const Scene& scene, const std::vector<LinearLimit>& limits, co
     const auto* beam = std::get_if<BeamDef>(&body.kind);
     return beam && has_forms_of_ends(*beam);
   };
-  return !options.unjudged.empty() || !options.between_samples.empty() || !options.may_tip.empty() ||
+  return !options.unjudged.empty() || !options.between_samples.empty() || !options.ringing.empty() || !options.may_tip.empty() ||
          std::any_of(scene.bodies.begin(), scene.bodies.end(), of_forms) ||
          std::any_of(limits.begin(), limits.end(), [&](const LinearLimit& l) { return l.counts() > options.surely_small * options.asked; });
 }

@@ -38,6 +38,7 @@ struct ModelCheckOptions {
   NeglectOptions run;                        // the run, its tolerances and errors; budget and confirm_above unused
   std::vector<size_t> unjudged = {};         // beams whose number of elements or modes nothing else has judged
   std::vector<size_t> between_samples = {};  // beams of few elements perhaps, by how they vibrate there (coarse_beams.h)
+  std::vector<size_t> ringing = {};          // beams of few elements perhaps, by what outputs show (ringing_beams.h)
   double surely_small = 0.5;                 // nothing is measured below this share of what is asked: estimates err by so much
   bool no_run_of_it = false;                 // the scene is another one than the run's: it is run too
   std::vector<size_t> may_tip = {};          // beams of few elements perhaps (coarse_beams.h: beams_that_may_tip)

@@ -21,6 +21,7 @@
 #include "sim/run/open_reactions.h"
 #include "sim/run/passes.h"
 #include "sim/run/pressed_beams.h"
+#include "sim/run/ringing_beams.h"
 #include "sim/run/second_run.h"
 #include "sim/run/stop_springs.h"
 #include "sim/run/time_error.h"
@@ -344,6 +345,7 @@ Measured measure(Unjudged& run, bool judge_models) {
     richer.may_tip = beams_that_may_tip(run.scene, alone.effects, results);
     richer.between_samples =
         beams_between_samples(run.scene, alone.start->model, alone.effects, results, sure_of_coarse * unasked_accuracy);
+    richer.ringing = beams_that_ring(run.scene, alone.effects, run.reference, unasked_accuracy);
   }
   const bool models = judge_models && any_to_check(run.scene, alone.limits, richer);
   const bool resolved = resolves(run, check);
