@@ -1,4 +1,5 @@
 #include "sim/accuracy/accuracy_task.h"
+#include "sim/run/start_forces.h"
 
 #include <algorithm>
 #include <cmath>

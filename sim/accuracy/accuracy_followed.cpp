@@ -6,6 +6,7 @@
 #include "sim/accuracy/accuracy_task.h"
 #include "sim/base/error.h"
 #include "sim/base/work_clock.h"
+#include "sim/run/start_forces.h"
 
 #include <algorithm>
 #include <cmath>

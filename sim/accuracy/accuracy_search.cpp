@@ -6,6 +6,7 @@
 #include "sim/dynamics/massless.h"
 #include "sim/model/effects.h"
 #include "sim/run/second_run.h"
+#include "sim/run/start_forces.h"
 #include "sim/scene/force_kinds.h"
 #include "sim/start/make_system.h"
 #include "sim/time/events.h"
@@ -371,15 +372,7 @@ std::optional<Scene> Search::shorter_at_ends() const {
   bool any = false;
   for (const Resolvable& r : bodies_) {
     if (r.model != BeamModel::finite_element) continue;
-    BeamDef& beam = std::get<BeamDef>(out.bodies[r.body].kind);
-    double root = 1.0, tip = 1.0;  // x/L from there to the nearest place
-    for (const auto& [name, share] : beam.frames) {
-      if (share > 0.0) root = std::min(root, share);
-      if (share < 1.0) tip = std::min(tip, 1.0 - share);
-    }
-    const auto half_of = [&](double near) { return 0.5 * std::min(near, 1.0 / r.given); };
-    if (r.given * root < sets_length) beam.frames["half of the first element"] = half_of(root), any = true;
-    if (r.given * tip < sets_length) beam.frames["half of the last element"] = 1.0 - half_of(tip), any = true;
+    any |= halve_first_elements(std::get<BeamDef>(out.bodies[r.body].kind), sets_length);
   }
   if (any) return out;
   return std::nullopt;

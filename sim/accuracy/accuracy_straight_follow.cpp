@@ -2,6 +2,7 @@
 #include "sim/base/error.h"
 #include "sim/base/work_clock.h"
 #include "sim/run/judged_run.h"
+#include "sim/run/start_forces.h"
 
 #include <fmt/format.h>
 

@@ -12,10 +12,6 @@ MatX relative(const Histories& a, const Histories& reference) {
   return out;
 }
 
-bool converges_slowly(const std::string& unit) {
-  return unit == "N" || unit == "N m" || unit == "Pa" || unit == "m/s^2" || unit == "rad/s^2";
-}
-
 bool nothing_counts(const Histories& a, const Histories& b) {
   const VecX moving = output_ranges(a, a);
   return moving.size() > 0 && moving.maxCoeff() > 0.0 && output_ranges(a, b).maxCoeff() <= 0.0;

@@ -75,8 +75,6 @@ struct Task {
 
 // a - reference at the reference's samples, relative to the ranges of its outputs: columns x samples.
 MatX relative(const Histories& a, const Histories& reference);
-// Forces and accelerations converge slowly with modes.
-bool converges_slowly(const std::string& unit);
 // Whether outputs move, but none of them so that it counts (output_ranges).
 bool nothing_counts(const Histories& a, const Histories& b);
 // The largest of it.

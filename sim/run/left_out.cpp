@@ -818,6 +818,7 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
     double& most = sizes[vector_of(c)];
     most = std::max(most, run.values.row(static_cast<Eigen::Index>(c)).cwiseAbs().maxCoeff());
   }
+  const VecX swing = run.values.rowwise().maxCoeff() - run.values.rowwise().minCoeff();
   const bool unjudged = has_unjudged_forces();
   const double stored = std::accumulate(strain_.begin(), strain_.end(), 0.0);
   Unseen unseen;
@@ -852,6 +853,7 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
       most = std::max(most, error[c]);
     }
     found.columns = VecX::Constant(static_cast<Eigen::Index>(columns_.size()), -1.0);
+    double named = 0.0;  // what the column that is named moves by
     for (size_t c = 0; c < columns_.size(); ++c) {
       const double most = size[vector_of(c)], known = ranges[static_cast<Eigen::Index>(c)],
                    range = sized(c) ? known : std::max({known, most, known == 0.0 ? deformed[run.units[c]] : 0.0});
@@ -866,8 +868,10 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
                                          : 0.0;
       const double share = error[c] / range + drifted;
       if (columns_[c].row >= 0) found.columns[static_cast<Eigen::Index>(c)] = share;
-      if (share <= found.share) continue;
-      found.share = share;
+      // Of a vector that is told as a whole the component that moves most has the name.
+      const double own = swing[static_cast<Eigen::Index>(c)];
+      if (share < found.share || (share == found.share && (share == 0.0 || own <= named))) continue;
+      found.share = share, named = own;
       found.column = run.columns[c];
     }
     const double by_looks = found.share;

@@ -500,7 +500,11 @@ std::optional<Scene> with_half_as_many(const Scene& scene, const std::vector<Eff
 std::optional<Scene> with_twice_as_many(const Scene& scene, const std::vector<EffectState>& states, size_t b, bool& divided) {
   const auto& beam = std::get<BeamDef>(scene.bodies[b].kind);
   if (beam.model == BeamModel::lumped) return with_pieces(scene, b, 2 * beam.elements);
-  if (beam.model == BeamModel::mixed) return with_volumes(scene, states, b, 2 * beam.volumes);
+  if (beam.model == BeamModel::mixed) {
+    std::optional<Scene> next = with_volumes(scene, states, b, 2 * beam.volumes);
+    if (next && beam.modes.empty()) std::get<BeamDef>(next->bodies[b].kind).elements = beam.elements;
+    return next;
+  }
   const int elements = elements_of(beam);
   BeamDef finer = beam;
   finer.elements = 2 * elements;

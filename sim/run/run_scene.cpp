@@ -23,6 +23,7 @@
 #include "sim/run/pressed_beams.h"
 #include "sim/run/ringing_beams.h"
 #include "sim/run/second_run.h"
+#include "sim/run/start_forces.h"
 #include "sim/run/stop_springs.h"
 #include "sim/run/time_error.h"
 #include "sim/run/work_budget.h"
@@ -403,6 +404,8 @@ void judge(Unjudged& run, bool check) {
   tell_of_bare_spans(run.scene, alone.effects, run.results, options.pictures || run.scene.outputs.empty(), unasked_accuracy, s.notes);
   warn_of_held_warping(run.scene, alone.effects, run.results, unasked_accuracy, s.notes);
   warn_of_tipping(run.scene, alone.effects, run.results, s.notes);
+  if (!check && options.estimate_error && options.check_effects)
+    warn_of_start_forces(run.scene, alone.effects, run.reference, unasked_accuracy, s.notes);
   warn_of_missing_stiffening(run.scene, alone.unstiffened, run.results, unasked_accuracy, s.notes);
   if (check) return;
   if (judges_effects(run.scene, options)) warn_of_leaving_plane(run.scene, alone.effects, s.notes);

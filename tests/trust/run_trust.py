@@ -45,6 +45,7 @@ import kinds.plane  # noqa: E402
 import kinds.random  # noqa: E402
 import kinds.read  # noqa: E402
 import kinds.rich  # noqa: E402
+import kinds.ringing  # noqa: E402
 import kinds.states  # noqa: E402
 import kinds.statics  # noqa: E402
 import kinds.touch  # noqa: E402
@@ -76,6 +77,8 @@ SHORT = [
     "pulse",
     "sudden",
     "jerked_clamp",
+    "jerked_beam",
+    "jerked_line",
     "modal_q",
     "dropped_rod",
     "near_buckling",
@@ -142,6 +145,7 @@ KINDS = (
     + kinds.conditions.KINDS
     + kinds.measures.KINDS
     + kinds.bent.KINDS
+    + kinds.ringing.KINDS
 )
 DEFAULT_CLAIM, ESTIMATES = 0.01, 5.0
 # Of the largest number of a reaction: what is less is rounding. In runs of the richer model it grows where a direction is unstable (a rope
