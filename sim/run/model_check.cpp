@@ -232,24 +232,13 @@ class Comparison {
   // What the richer models change; none where nothing moves, the budget is spent, the richer run fails, or errors of time hide it.
   std::optional<Found> measure(const Histories& base) {
     try {
-      std::optional<Found> found = at(run_.tolerance, base);
-      if (!found || found->share <= asked_) return found;
-      // Where vibrations are followed, what a looser run is off by tells what this one is.
-      const bool follows = run_.method == Method::exponential || run_.method == Method::erk;
-      if (follows && run_.floor > 0.0 && found->share > 4.0 * run_.floor) return found;
-      // Loose runs step over vibrations in different ways: the same at the run's tolerance, where a run ten times looser is at hand of
-      // both.
-      const Histories loose = rich_run_;
-      if (spent_ * growth_to(run_.run_tolerance) > budget_ - spent_) throw BudgetSpent{};
-      found = at(run_.run_tolerance, *run_.run);
-      if (!found || found->share <= asked_ || is_resolved(*found, loose)) return found;
-      // Steps over vibrations err by the root of the tolerance: two decades more tell what one does not.
-      double tolerance = run_.run_tolerance;
-      for (int decade = 0; decade < 3; ++decade) {
-        const Histories looser = rich_run_;
-        tolerance *= 0.1;
-        found = between(simulate_rich(tolerance), simulated(plain_ ? *plain_ : scene_, tolerance), run_.deflection);
-        if (!found || found->share <= asked_ || is_resolved(*found, looser)) return found;
+      try {
+        return by_steps(base);
+      } catch (const BudgetSpent&) {
+        // Vibrations that the run's steps follow may be few, the richer model's many.
+        if (follows() || followed_) throw;
+        if (std::optional<Found> found = followed_by_both()) return found;
+        throw;
       }
     } catch (const BudgetSpent&) {
       too_long_ = true;
@@ -266,6 +255,46 @@ class Comparison {
  private:
   struct BudgetSpent {};
 
+  // The run by its own method, step by step tighter.
+  std::optional<Found> by_steps(const Histories& base) {
+    std::optional<Found> found = at(run_.tolerance, base);
+    if (!found || found->share <= asked_) return found;
+    // Where vibrations are followed, what a looser run is off by tells what this one is.
+    if (follows() && run_.floor > 0.0 && found->share > 4.0 * run_.floor) return found;
+    // Loose runs step over vibrations in different ways: the same at the run's tolerance, where a run ten times looser is at hand of both.
+    const Histories loose = rich_run_;
+    if (spent_ * growth_to(run_.run_tolerance) > budget_ - spent_) throw BudgetSpent{};
+    found = at(run_.run_tolerance, *run_.run);
+    if (!found || found->share <= asked_ || is_resolved(*found, loose)) return found;
+    if (steps_over_vibrations())
+      if (const std::optional<Found> followed = followed_by_both()) return followed;
+    // Steps over vibrations err by the root of the tolerance: two decades more tell what one does not.
+    double tolerance = run_.run_tolerance;
+    for (int decade = 0; decade < 3; ++decade) {
+      const Histories looser = rich_run_;
+      tolerance *= 0.1;
+      found = between(simulate_rich(tolerance), simulated(plain_ ? *plain_ : scene_, tolerance), run_.deflection);
+      if (!found || found->share <= asked_ || is_resolved(*found, looser)) return found;
+    }
+    return std::nullopt;
+  }
+  bool follows() const { return run_.method == Method::exponential || run_.method == Method::erk; }
+  bool steps_over_vibrations() const {
+    const std::string& method = rich_run_.statistics.method;
+    return method == method_name(Method::dirk) || method == method_name(Method::bdf);
+  }
+  // Of runs that follow vibrations, where the method has them and their own errors of time do not hide what they tell.
+  std::optional<Found> followed_by_both() {
+    method_ = Method::exponential, followed_ = true;
+    std::optional<Found> found;
+    try {
+      const Histories loose = simulate_rich(10.0 * run_.run_tolerance);
+      found = between(simulate_rich(run_.run_tolerance), simulated(plain_ ? *plain_ : scene_, run_.run_tolerance), run_.deflection);
+      if (found && found->share > asked_ && !is_resolved(*found, loose)) found.reset();
+    } catch (const std::runtime_error&) {}
+    method_ = run_.method;
+    return found;
+  }
   // How many times what it took so far the same takes at another tolerance, at least: with implicit methods steps grow by some 2.5 a
   // decade.
   double growth_to(double tolerance) const {
@@ -276,7 +305,7 @@ class Comparison {
   Histories simulated(const Scene& scene, double tolerance) {
     SimulateOptions o;
     o.tolerance = tolerance;
-    o.method = run_.method;
+    o.method = method_;
     o.samples = samples_;
     double spent = 0.0;
     std::optional<Histories> h = simulated_within(scene, o, budget_ - spent_, spent);
@@ -301,17 +330,18 @@ class Comparison {
   Histories rich_run_;  // the last one
   int samples_ = 0;
   double budget_, asked_, spent_ = 0.0;
-  bool too_long_ = false;
+  bool too_long_ = false, followed_ = false;
   const NeglectOptions& run_;
+  std::optional<Method> method_ = run_.method;
 };
 
-// Finite elements in one frame have a damping ratio in every mode, however many they are.
+// Beams in one frame have their damping ratios in every mode, however many they are.
 bool damped_alike(const Scene& scene, const Scene& rich, const std::vector<size_t>& bodies) {
-  const auto of_elements = [](const Scene& s, size_t b) {
+  const auto in_one_frame = [](const Scene& s, size_t b) {
     const auto* beam = std::get_if<BeamDef>(&s.bodies[b].kind);
-    return beam && beam->model == BeamModel::finite_element;
+    return beam && (beam->model == BeamModel::finite_element || beam->model == BeamModel::modal);
   };
-  return std::all_of(bodies.begin(), bodies.end(), [&](size_t b) { return of_elements(scene, b) && of_elements(rich, b); });
+  return std::all_of(bodies.begin(), bodies.end(), [&](size_t b) { return in_one_frame(scene, b) && in_one_frame(rich, b); });
 }
 
 // Changes the scene's beams by `enrich`; both scenes get plain damping where the models could not have the same otherwise.
@@ -347,14 +377,14 @@ void check_forms(const Scene& scene, const std::vector<EffectState>& states, con
                       forms = fmt::format("{} a {} beam", misfit_words, boundary_word(boundary));
     const bool tip_held = is_held(scene, body.name, "tip");
     if (found && found->share > options.asked) {
-      out.notes.warn(owner,
-                     fmt::format("{}{}: with finite elements {} changes by {} its range; take model = \"finite-element\"{}", forms,
-                                 (boundary == Boundary::clamped_clamped || boundary == Boundary::clamped_supported) && !tip_held
-                                     ? ", but no joint holds its tip"
-                                     : "",
-                                 found->column, found->share > 9.5 ? "far more than" : fmt::format("{:.2g} of", found->share),
-                                 std::get<BeamDef>(body.kind).model == BeamModel::modal ? ", or modes of the boundary that its joints make"
-                                                                                        : " and boundary = \"clamped-free\""));
+      out.notes.warn(owner, fmt::format("{}{}: with finite elements {} changes by {} its range; take model = \"finite-element\"{}", forms,
+                                        (boundary == Boundary::clamped_clamped || boundary == Boundary::clamped_supported) && !tip_held
+                                            ? ", but no joint holds its tip"
+                                            : "",
+                                        found->column, found->share > 9.5 ? "far more than" : fmt::format("{:.2g} of", found->share),
+                                        std::get<BeamDef>(body.kind).model == BeamModel::modal
+                                            ? ", or more modes, of the boundary that its joints make"
+                                            : " and boundary = \"clamped-free\""));
     } else if (found) {
       out.notes.tell(owner, fmt::format("{}: with finite elements {} changes by {:.1g} of its range", forms, found->column, found->share));
     } else if ((boundary == Boundary::clamped_clamped || boundary == Boundary::clamped_supported) && !tip_held) {

@@ -1,5 +1,5 @@
-"""Beams that ring: a span whose weight comes at once, a clamp whose load does, nothing asked. Forces hold the square of the wave number where
-deflections hold its fifth power, and more elements tell what ten of them lack; sums of modes for the truth (numpy)."""
+"""Beams that ring: a span whose weight comes at once, a clamp whose load does, nothing asked. Forces hold the square of the wave number
+where deflections hold its fifth power, and more elements tell what ten of them lack; sums of modes for the truth (numpy)."""
 
 import json
 import math
@@ -58,6 +58,7 @@ with temporary_folder() as folder:
         ("lumped", dict(model="lumped", elements=20)),
         ("mixed", dict(model="mixed", volumes=4, elements=2)),
         ("kept", dict(keep_modes=12)),
+        ("modal", dict(model="modal", boundary="supported-supported", modes=dict(bending_xy=[1, 2, 3, 4, 5]))),
     ):
         rows, said = made(folder, name, span(**frames, **words))
         true = support(rows["t"])
