@@ -236,7 +236,7 @@ class Comparison {
         return by_steps(base);
       } catch (const BudgetSpent&) {
         // Vibrations that the run's steps follow may be few, the richer model's many.
-        if (follows() || followed_) throw;
+        if (follows() || followed_ || spent_ >= budget_) throw;
         if (std::optional<Found> found = followed_by_both()) return found;
         throw;
       }
