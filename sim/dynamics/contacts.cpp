@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace flexframe::sim {
 namespace {
@@ -21,6 +22,12 @@ double elastic_force(const ContactDef& def, double depth) { return depth > 0.0 ?
 double damping_of(const ContactDef& def, const ContactWork& at) {
   if (def.restitution < 1.0) return at.impact > 0.0 ? def.damping / at.impact : 0.0;
   return def.damping;
+}
+
+// Force of a contact that is not apart, N.
+double pressing_force(const ContactDef& def, const ContactWork& at, ContactPhase phase) {
+  if (phase == ContactPhase::pushed) return elastic_force(def, at.depth) * (1.0 + def.damping);
+  return phase == ContactPhase::pressed ? elastic_force(def, at.depth) * (1.0 + damping_of(def, at) * at.rate) : 0.0;
 }
 
 ContactPhase live_phase(const ContactDef& def, const ContactWork& at) {
@@ -74,9 +81,19 @@ void begin_friction(const Model& model, Work& work, int at) {
   z = c.slide.normalized();
 }
 
-void begin_impact(const Model& model, Work& work, int at) {
+// What touches from now on. Without weight nothing says how fast what begins slower than rounding will be: it waits for what pushes it.
+ContactPhase begin_impact(const Model& model, Work& work, int at) {
   ContactWork& c = work.signals.contacts[at];
-  if (def_of(model, at).restitution < 1.0) c.impact = std::max(c.rate, settling_speed(model, at));
+  if (!(def_of(model, at).restitution < 1.0)) return ContactPhase::pressed;
+  const double settling = settling_speed(model, at);
+  c.impact = std::max(c.rate, settling);
+  return c.rate <= settling && speed_of_weight(model, at) == 0.0 ? ContactPhase::pushed : ContactPhase::pressed;
+}
+
+// A rate beyond what an impact and weight make by themselves: something else pushes.
+double pushed_rate(const Model& model, int at, const ContactWork& c) {
+  return def_of(model, at).restitution < 1.0 ? std::max(1.1 * c.impact, 2.0 * speed_of_weight(model, at))
+                                             : std::numeric_limits<double>::infinity();
 }
 
 }  // namespace
@@ -85,6 +102,26 @@ namespace {
 
 // Side of a curve on which bodies are: left of the way its points run, outside of a closed one.
 double body_side(const SpaceCurve& curve) { return curve.closed() && curve.area_xy() > 0.0 ? -1.0 : 1.0; }
+
+// The point of a cylinder, a solid, that is nearest to a sphere: on its side, an edge or a flat end. World axes, from the cylinder's
+// middle.
+struct NearestOfCylinder {
+  Vec3 along, across = Vec3::Zero();  // its shares along the axis and across it
+  bool side, end;                     // where it lies; an edge is neither
+};
+
+NearestOfCylinder nearest_of_cylinder(const ContactDef& def, const Vec3& axis, const Vec3& towards) {
+  const double along = axis.dot(towards), half = 0.5 * def.width;
+  const Vec3 across = towards - along * axis;
+  const double beside = across.norm();
+  NearestOfCylinder out;
+  out.along = std::clamp(along, -half, half) * axis;
+  out.side = std::abs(along) <= half;
+  out.end = !out.side && beside < def.radius;
+  if (out.end) out.across = across;
+  else if (beside > 0.0) out.across = def.radius / beside * across;
+  return out;
+}
 
 // Outward normal of the curve at the point nearest to p, and how far p is outside; axes of the curve, z left out of account.
 double distance_to(const SpaceCurve& curve, const Vec3& p, Vec3& normal) {
@@ -107,14 +144,9 @@ Touch find_touch(const Model& model, const W& work, const Contact& contact) {
   const bool sphere = def.from_radius > 0.0;
   Vec3 centre = on.p, reach = Vec3::Zero();  // towards the partner
   if (def.cylinder && sphere) {
-    // The point of the cylinder, a solid, that is nearest to the sphere: on its side, an edge or a flat end.
-    const Vec3 axis = on.R * def.axis, towards = from.p - on.p;
-    const double along = axis.dot(towards), half = 0.5 * def.width;
-    const Vec3 across = towards - along * axis;
-    const double beside = across.norm();
-    centre += std::clamp(along, -half, half) * axis;
-    if (std::abs(along) > half && beside < def.radius) reach = across;
-    else if (beside > 0.0) reach = def.radius / beside * across;
+    const NearestOfCylinder nearest = nearest_of_cylinder(def, on.R * def.axis, from.p - on.p);
+    centre += nearest.along;
+    reach = nearest.across;
   } else if (def.cylinder && !def.curve) {
     const Vec3 axis = on.R * def.axis;
     centre += 0.5 * contact.side * def.width * axis;
@@ -157,6 +189,61 @@ Touch find_touch(const Model& model, const W& work, const Contact& contact) {
 template Touch find_touch(const Model&, const Work&, const Contact&);
 template Touch find_touch(const Model&, const PlaneWork&, const Contact&);
 
+template <class W>
+Vec3 turn_of_normal(const Model& model, const W& work, const Contact& contact, const Touch& touch) {
+  const Load& load = model.loads[contact.load];
+  const ContactDef& def = *load.def.contact;
+  if (def.own_curve || (!def.curve && !(def.from_radius > 0.0))) return Vec3::Zero();
+  const Pose on = pose_in_space(model, work, load.on), from = pose_in_space(model, work, load.from);
+  const Vec6 Vb = in_space(work, load.on, work.frames[load.on].V), Va = in_space(work, load.from, work.frames[load.from].V);
+  const Vec3 turning = on.R * Vb.tail<3>() - from.R * Va.tail<3>();  // of the body as seen from the partner
+  // Velocity of the body's point at p as seen from the partner.
+  const auto velocity = [&](const Vec3& p) {
+    const Vec3 body = on.R * (Vb.head<3>() + Vec3(Vb.tail<3>()).cross(Vec3(on.R.transpose() * (p - on.p))));
+    return Vec3(body - from.R * (Va.head<3>() + Vec3(Va.tail<3>()).cross(Vec3(from.R.transpose() * (p - from.p)))));
+  };
+  const Vec3& n = touch.normal;
+  if (def.curve) {
+    // The middle runs beside the curve: n(s) with the s of the nearest point.
+    Vec3 p = from.R.transpose() * (on.p - from.p);
+    p.z() = 0.0;
+    const SpaceCurve::Jet at = def.curve->at(def.curve->nearest(p));
+    const double side = body_side(*def.curve);
+    const Vec3 bend(-side * at.bend.y(), side * at.bend.x(), 0.0);  // dn/ds
+    const double outside = Vec3(from.R.transpose() * n).dot(p - at.place);
+    const double along = at.tangent.dot(from.R.transpose() * velocity(on.p));
+    return from.R * (along / (1.0 + outside * bend.dot(at.tangent)) * bend);
+  }
+  // From the sphere's middle to the nearest point of the body, which moves on the body as the sphere does.
+  Vec3 nearest = on.p, moves = Vec3::Zero();
+  const Vec3 passes = -velocity(from.p);  // the sphere's middle as seen from the body
+  if (def.cylinder) {
+    const Vec3 axis = on.R * def.axis;
+    const NearestOfCylinder on_it = nearest_of_cylinder(def, axis, from.p - on.p);
+    nearest += on_it.along + on_it.across;
+    const Vec3 across = from.p - on.p - axis.dot(from.p - on.p) * axis, around = axis.cross(across);
+    if (on_it.end) moves = passes - axis.dot(passes) * axis;
+    else if (across.squaredNorm() > 0.0) moves = def.radius / across.norm() * around.dot(passes) / across.squaredNorm() * around;
+    if (on_it.side) moves += axis.dot(passes) * axis;
+  }
+  const double distance = (nearest - from.p).norm();
+  if (!(distance > 0.0)) return Vec3::Zero();
+  const Vec3 apart = moves - passes;
+  return turning.cross(n) + (apart - n.dot(apart) * n) / distance;
+}
+template Vec3 turn_of_normal(const Model&, const Work&, const Contact&, const Touch&);
+template Vec3 turn_of_normal(const Model&, const PlaneWork&, const Contact&, const Touch&);
+
+bool contact::spring_turns(const Model& model, const SignalWork& signals, int at) {
+  const ContactDef& def = def_of(model, at);
+  return signals.contacts[at].slip == ContactSlip::sticks && !def.own_curve && (def.curve || def.from_radius > 0.0);
+}
+
+void contact::turn_spring(const Model& model, SignalWork& signals, int at, const Vec3& n, const Vec3& turn) {
+  const int z0 = model.contacts[at].z0;
+  signals.zdot.segment<3>(z0) -= turn.dot(Vec3(signals.z.segment<3>(z0))) * n;
+}
+
 Vec3 contact::force(const Model& model, SignalWork& signals, int at, const Touch& touch, const Mat3& axes) {
   const ContactDef& def = def_of(model, at);
   ContactWork& c = signals.contacts[at];
@@ -164,7 +251,7 @@ Vec3 contact::force(const Model& model, SignalWork& signals, int at, const Touch
   c.rate = touch.rate;
   c.slide = axes.transpose() * touch.slide;
   const ContactPhase phase = c.phase == ContactPhase::live ? live_phase(def, c) : c.phase;
-  c.force = phase == ContactPhase::pressed ? elastic_force(def, c.depth) * (1.0 + damping_of(def, c) * c.rate) : 0.0;
+  c.force = pressing_force(def, c, phase);
   c.friction.setZero();
   if (has_friction(model, at)) {
     const int z0 = model.contacts[at].z0;
@@ -172,7 +259,7 @@ Vec3 contact::force(const Model& model, SignalWork& signals, int at, const Touch
     auto rate = signals.zdot.segment<3>(z0);
     rate.setZero();
     if (c.slip == ContactSlip::sticks) {
-      // What turns with the normal pulls within the plane of contact only.
+      // Within the plane of contact, with which it turns (turn_spring); what rounding leaves along the normal does not pull.
       const Vec3 stretched = z - n.dot(z) * n;
       c.friction = -def.tangential_stiffness * stretched - def.tangential_damping * c.slide;
       rate = c.slide;
@@ -220,6 +307,7 @@ void contact_margins(const Model& model, const Work& work, double* margin) {
     const double push = 1.0 + damping_of(def, c) * c.rate;
     margin[0] = c.phase == ContactPhase::apart ? -c.depth : c.depth;
     margin[1] = c.phase == ContactPhase::pressed ? push : c.phase == ContactPhase::parting ? -push : 1.0;
+    if (c.phase == ContactPhase::pressed && c.rate > 0.0) margin[1] = 1.0 - c.rate / pushed_rate(model, static_cast<int>(k), c);
     margin[2] = 1.0;
     if (c.slip == ContactSlip::sticks) margin[2] = def.static_friction * c.force - c.friction.norm();
     if (c.slip == ContactSlip::slips) margin[2] = c.slide.dot(Vec3(work.signals.z.segment<3>(model.contacts[k].z0)));
@@ -232,7 +320,8 @@ void contact_roundings(const Model& model, const Work& work, std::vector<double>
     const ContactWork& c = work.signals.contacts[k];
     const double place = 4e-15 * model.size, speed = 4e-15 * fastest(work);
     rounding.push_back(place);
-    rounding.push_back(1e-14 + damping_of(def, c) * speed);
+    // Pushed: of accelerations, which are differences of rates.
+    rounding.push_back(c.phase == ContactPhase::pushed ? 1e-7 * fastest(work) : 1e-14 + damping_of(def, c) * speed);
     rounding.push_back(c.slip == ContactSlip::sticks
                            ? 1e-13 * def.static_friction * c.force + def.tangential_stiffness * place + def.tangential_damping * speed
                            : speed);
@@ -246,10 +335,10 @@ void begin_contacts(const Model& model, Work& work) {
     const ContactDef& def = def_of(model, at);
     ContactWork& c = work.signals.contacts[k];
     const ContactPhase before = c.phase;
-    begin_impact(model, work, at);
+    const ContactPhase touching = begin_impact(model, work, at);
     // What starts right on its partner is pressed by whatever presses.
     if (before == ContactPhase::live && std::abs(c.depth) <= 1e-9 * model.size && c.rate >= -contact_at_rest * fastest(work))
-      c.phase = ContactPhase::pressed;
+      c.phase = touching;
     else if (before == ContactPhase::live) c.phase = live_phase(def, c);
     if (before == ContactPhase::live) begin_friction(model, work, at);
   }
@@ -285,8 +374,7 @@ double pass_contacts(const Model& model, Work& work, const std::vector<bool>& en
     if (ended[3 * k]) {
       drop();
       if (c.phase == ContactPhase::apart) {
-        begin_impact(model, work, at);
-        c.phase = ContactPhase::pressed;
+        c.phase = begin_impact(model, work, at);
         changes.push_back(fmt::format("{} touches", contact_name(model, at)));
       } else {
         c.phase = ContactPhase::apart;
@@ -295,7 +383,11 @@ double pass_contacts(const Model& model, Work& work, const std::vector<bool>& en
       begin_friction(model, work, at);
       continue;
     }
-    if (ended[3 * k + 1]) c.phase = c.phase == ContactPhase::pressed ? ContactPhase::parting : ContactPhase::pressed;
+    if (ended[3 * k + 1]) {
+      if (c.phase == ContactPhase::pushed) c.impact = std::max(c.rate, settling_speed(model, at));
+      const bool pressed = c.phase == ContactPhase::pressed;
+      c.phase = !pressed ? ContactPhase::pressed : c.rate > 0.0 ? ContactPhase::pushed : ContactPhase::parting;
+    }
     if (!ended[3 * k + 2]) continue;
     auto z = work.signals.z.segment<3>(model.contacts[k].z0);
     if (c.slip == ContactSlip::sticks) {

@@ -73,8 +73,8 @@ struct MasslessWork {
   MatX stiffness;  // stiff x stiff, N/m: Newton's matrix, as last made
 };
 
-// What holds between two events: pressed and damped, pressed where damping would pull, apart.
-enum class ContactPhase { live, apart, pressed, parting };
+// What holds between two events: pressed and damped, pressed where damping would pull, apart. pushed: ever faster than it was met.
+enum class ContactPhase { live, apart, pressed, pushed, parting };
 enum class ContactSlip { none, sticks, slips };
 
 struct ContactWork {

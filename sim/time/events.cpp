@@ -71,13 +71,9 @@ VecX slides_at(System& s, double t, const VecX& y, const std::vector<HeldContact
   return out;
 }
 
-// Whether what presses the places together stays: what touches is accelerated against its partner, on the average of the forces (what
-// slides tilts as well), by no more than a fifth of what these would give the whole mechanism. (At the turning point of a bounce nothing
-// moves.)
-bool pressed_evenly(System& s, double t, const VecX& y) {
-  constexpr double beside = 1e-7, evenly = 0.2;
-  VecX free(y.size());
-  state_rate(s, t, y.data(), free.data());
+// How fast what touches is accelerated against its partner, m/s^2, along free, the rates at (t, y).
+VecX contact_accelerations(System& s, double t, const VecX& y, const VecX& free) {
+  constexpr double beside = 1e-7;
   const auto rates = [&](double step) {
     const VecX at = y + step * free;
     set_state(s, t + step, at.data(), false);
@@ -86,7 +82,17 @@ bool pressed_evenly(System& s, double t, const VecX& y) {
     for (size_t k = 0; k < s.work.signals.contacts.size(); ++k) out[static_cast<Eigen::Index>(k)] = s.work.signals.contacts[k].rate;
     return out;
   };
-  const VecX accelerations = (rates(beside) - rates(-beside)) / (2.0 * beside);
+  return (rates(beside) - rates(-beside)) / (2.0 * beside);
+}
+
+// Whether what presses the places together stays: what touches is accelerated against its partner, on the average of the forces (what
+// slides tilts as well), by no more than a fifth of what these would give the whole mechanism. (At the turning point of a bounce nothing
+// moves.)
+bool pressed_evenly(System& s, double t, const VecX& y) {
+  constexpr double evenly = 0.2;
+  VecX free(y.size());
+  state_rate(s, t, y.data(), free.data());
+  const VecX accelerations = contact_accelerations(s, t, y, free);
   double presses = 0.0, gains = 0.0;
   for (size_t k = 0; k < s.work.signals.contacts.size(); ++k) {
     const ContactWork& c = s.work.signals.contacts[k];
@@ -227,6 +233,15 @@ double watched_turning(const System& s) {
   return out;
 }
 
+namespace {
+
+bool any_pushed(const System& s) {
+  return std::any_of(s.work.signals.contacts.begin(), s.work.signals.contacts.end(),
+                     [](const ContactWork& c) { return c.phase == ContactPhase::pushed; });
+}
+
+}  // namespace
+
 int event_count(const System& s) {
   if (!has_events(s)) return 0;
   return static_cast<int>(s.friction.points.size() + 2 * s.stops.size() + 3 * s.model.contacts.size()) + switch_count(s.model);
@@ -234,6 +249,13 @@ int event_count(const System& s) {
 
 void event_margins(System& s, double t, const double* y, double* margin) {
   const bool sticks = any_sticks(s.friction), reads = !s.model.functions.empty() || !s.model.contacts.empty();
+  VecX accelerations;
+  if (any_pushed(s)) {
+    const VecX at = Eigen::Map<const VecX>(y, state_size(s));
+    VecX free(at.size());
+    state_rate(s, t, y, free.data());
+    accelerations = contact_accelerations(s, t, at, free);
+  }
   // Slips and stops ask for rates and coordinates only.
   if (sticks || reads) set_state(s, t, y, sticks);
   else set_rates(s, t, y);
@@ -246,7 +268,10 @@ void event_margins(System& s, double t, const double* y, double* margin) {
   if (!reads) return;
   read_state(s);
   switch_margins(s.model, s.work, margin);
-  contact_margins(s.model, s.work, margin + switch_count(s.model));
+  margin += switch_count(s.model);
+  contact_margins(s.model, s.work, margin);
+  for (Eigen::Index k = 0; k < accelerations.size(); ++k)
+    if (s.work.signals.contacts[k].phase == ContactPhase::pushed) margin[3 * k + 1] = accelerations[k];
 }
 
 void event_rates(const System& s, double* rate) {

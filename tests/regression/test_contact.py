@@ -360,6 +360,79 @@ def wrong_words(folder):
     )
 
 
+def cradle(folder):
+    """Balls in a row that touch, with restitution: what is pushed on while it touches counts by its largest speed. Runge and Kutta."""
+    k, e, n, m = 1e9, 0.8, 3, 1.0
+    low, high = 0.0, 1 / e
+    for _ in range(100):
+        c = 0.5 * (low + high)
+        low, high = (c, high) if (1 + e) * c - math.log((1 + c) / (1 - c * e)) > 0 else (low, c)
+
+    def force(y, fastest):
+        depth, rate = y[: n - 1] - y[1:n], y[n : 2 * n - 1] - y[n + 1 :]
+        fastest = np.where(depth > 0, np.maximum(fastest, rate), 0.0)
+        share = c * rate / np.where(fastest > 0, fastest, 1.0)
+        return np.where(depth > 0, k * np.maximum(depth, 0) ** 1.5 * np.maximum(1 + share, 0), 0.0), fastest
+
+    def rhs(y, fastest):
+        F = force(y, fastest)[0]
+        return np.concatenate([y[n:], (np.append(0, F) - np.append(F, 0)) / m])
+
+    y, fastest, h = np.array([0.0] * n + [1.0] + [0.0] * (n - 1)), np.zeros(n - 1), 2e-7
+    for _ in range(8000):
+        fastest = force(y, fastest)[1]
+        a = rhs(y, fastest)
+        b = rhs(y + h / 2 * a, fastest)
+        d = rhs(y + h / 2 * b, fastest)
+        y = y + h / 6 * (a + 2 * b + 2 * d + rhs(y + h * d, fastest))
+    text = "".join(
+        f'[[body]]\nname = "b{i}"\nkind = "rigid"\nmass = {m}\n'
+        f'[[joint]]\nname = "rail{i}"\nkind = "prismatic"\nparent = "ground"\nchild = "b{i}"\naxis = [1, 0, 0]\n'
+        f"initial = {{ value = {0.1 * i!r}, rate = {1.0 if i == 0 else 0.0} }}\n" + output(f"v{i}", f"rail{i}", "rate")
+        for i in range(n)
+    )
+    for i in range(n - 1):
+        text += (
+            f'[[force]]\nkind = "contact"\non = "b{i}"\nfrom = "b{i + 1}"\nshape = "sphere"\nradius = 0.05\nagainst = "sphere"\n'
+            f"from_radius = 0.05\nstiffness = {k}\nexponent = 1.5\nrestitution = {e}\n"
+        )
+    for gravity in ("[0, 0, 0]", "[0, 0, -9.81]"):
+        h = simulate(folder, simulation % (1.6e-3, 1e5, gravity) + text)
+        for i in range(n):
+            near(h[f"v{i}"][-1], y[n + i], 1e-3, f"speed of ball {i} of a cradle, gravity {gravity}")
+
+
+def drives(folder):
+    """One wheel drives another by friction, 13 turns: they roll without slip, whichever of them the contact counts from."""
+    a, b, torque, seconds = 0.05, 0.1, 2.0, 1.0
+    k = 1e5
+    body = "".join(
+        f'[[body]]\nname = "{name}"\nkind = "rigid"\nmass = 2\ninertia = [1, 1, {inertia}]\n'
+        f'[[joint]]\nname = "hinge {name}"\nkind = "revolute"\nparent = "{place}"\nchild = "{name}"\n'
+        + output(name, f"hinge {name}", "rate")
+        for name, inertia, place in (("A", 0.0025, "ground"), ("B", 0.04, "ground.beside"))
+    )
+    body += f"[ground]\nframes = {{ beside = [{a + b - 1e-3!r}, 0, 0] }}\n"
+    body += f'[[force]]\nkind = "torque"\non = "A"\ndirection = [0, 0, 1]\nvalue = {torque}\n'
+    rub = f"stiffness = {k}\nfriction = {{ coefficient = 0.8 }}\n"
+    head = '[[force]]\nname = "rub"\nkind = "contact"\non = "%s"\nfrom = "%s"\nradius = %r\n'
+    outline = '"%r*cos(u)", y = "%r*sin(u)", to = "2*pi", closed = true }\n' % (a, a)
+    for what, contact in (
+        ("spheres", head % ("B", "A", b) + f'shape = "sphere"\nagainst = "sphere"\nfrom_radius = {a}\n'),
+        ("spheres, the other way", head % ("A", "B", a) + f'shape = "sphere"\nagainst = "sphere"\nfrom_radius = {b}\n'),
+        ("a cylinder on a sphere", head % ("B", "A", b) + f'shape = "cylinder"\nwidth = 0.02\nagainst = "sphere"\nfrom_radius = {a}\n'),
+        ("a cylinder on an outline", head % ("B", "A", b) + 'shape = "cylinder"\nagainst = "curve"\ncurve = { x = ' + outline),
+    ):
+        h = simulate(folder, simulation % (seconds, 200, "[0, 0, 0]") + body + contact + rub)
+        # It touches on the surface of `on`; the other is pressed in by a millimetre.
+        on = b if 'on = "B"' in contact else a
+        arms = (a + b - 1e-3 - on, on) if on == b else (on, a + b - 1e-3 - on)
+        turn = torque / (0.0025 + 0.04 * (arms[0] / arms[1]) ** 2) * h["t"]
+        late = h["t"] > 0.75  # the spring that holds what sticks has come to rest
+        off(h["A"][late], turn[late], 1e-3, f"{what}: the wheel that drives")
+        off(h["B"][late], -turn[late] * arms[0] / arms[1], 1e-3, f"{what}: the wheel that is driven")
+
+
 run_parts(
     bounces,
     rests,
@@ -374,5 +447,7 @@ run_parts(
     nothing_is_passed,
     slides_to_rest,
     rolls_in_a_hollow,
+    cradle,
+    drives,
     wrong_words,
 )
