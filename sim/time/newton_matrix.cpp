@@ -1,6 +1,7 @@
 #include "sim/time/newton_matrix.h"
 
 #include "sim/base/small_matrices.h"
+#include "sim/dynamics/force_responses.h"
 #include "sim/dynamics/massless.h"
 #include "sim/dynamics/reduced_mass.h"
 #include "sim/model/joint_motion.h"
@@ -32,7 +33,11 @@ std::vector<Direction> directions(const System& system) {
   return out;
 }
 
-// Whether the bodies' stiffness acts through the mass matrix of one cluster only.
+bool all_on_ground(const Model& model) {
+  return std::all_of(model.clusters.begin(), model.clusters.end(), [](const Cluster& c) { return c.parent == ground; });
+}
+
+// Whether what is stiff beside joints is the bodies' stiffness alone.
 bool closed_form(const System& system) {
   const Model& model = system.model;
   for (const Load& load : model.loads)
@@ -41,7 +46,8 @@ bool closed_form(const System& system) {
       return false;
   for (const LoopJoint& loop : model.loops)
     if (loop.spring) return false;
-  return std::all_of(model.clusters.begin(), model.clusters.end(), [](const Cluster& c) { return c.parent == ground; });
+  const auto deforms = [](const Part& p) { return p.body.n > 0; };
+  return all_on_ground(model) || std::any_of(model.parts.begin(), model.parts.end(), deforms);
 }
 
 bool is_elastic(const Model& model, const Cluster& cluster, int rate) {
@@ -212,52 +218,92 @@ void add_closing_stiffness(const System& system, size_t cluster, const std::vect
   }
 }
 
-// The columns of A and B that follow from the bodies' stiffness and damping, through the mass matrix of the state evaluated last.
-void update_closed_columns(const System& system, const std::vector<Direction>& all, MechanicalJacobian& out) {
+// Of a cluster's elastic rates the forces of bodies' stiffness and damping on all of its independent ones, as rows.
+struct ElasticForces {
+  std::vector<int> elastic;
+  MatX K, D;  // D empty: nothing damps them
+};
+
+ElasticForces elastic_forces(const System& system, const std::vector<Direction>& all, size_t cluster, int first) {
   const Model& model = system.model;
+  const ClusterWork& cw = system.work.clusters[cluster];
+  const int ni = static_cast<int>(cw.partition.ind.size());
+  ElasticForces out;
+  bool damped = false;
+  for (int i = 0; i < ni; ++i)
+    if (all[first + i].elastic >= 0) {
+      out.elastic.push_back(i);
+      damped = damped || model.parts[all[first + i].part].body.De.size() > 0;
+    }
+  const Eigen::Index ne = static_cast<Eigen::Index>(out.elastic.size());
+  out.K = MatX::Zero(ne, ni);
+  const std::vector<int>& dep = cw.partition.dep;
+  const bool closing = std::any_of(dep.begin(), dep.end(), [&](int k) { return is_elastic(model, model.clusters[cluster], k); });
+  for (const int i : model.clusters[cluster].parts) damped = damped || (closing && model.parts[i].body.De.size() > 0);
+  if (damped) out.D = out.K;
+  if (closing) add_closing_stiffness(system, cluster, out.elastic, out.K, out.D);
+  for (Eigen::Index r = 0; r < ne && !closing; ++r) {
+    const Direction& a = all[first + out.elastic[r]];
+    const FlexibleBody& body = model.parts[a.part].body;
+    for (int i : out.elastic) {
+      const Direction& b = all[first + i];
+      if (b.part != a.part) continue;
+      out.K(r, i) = -body.Ke(b.elastic, a.elastic);
+      if (body.De.size() > 0) out.D(r, i) = -body.De(b.elastic, a.elastic);
+    }
+  }
+  return out;
+}
+
+// The columns of A and B that follow from the bodies' stiffness and damping, through the mass matrix of the state evaluated last.
+void update_closed_columns(System& system, const std::vector<Direction>& all, MechanicalJacobian& out) {
+  const bool alone = all_on_ground(system.model);
+  const Eigen::Index nw = static_cast<Eigen::Index>(all.size());
+  std::vector<int> columns;  // of the whole tree
+  std::vector<ElasticForces> forces;
   int first = 0;
-  for (size_t c = 0; c < model.clusters.size(); ++c) {
+  for (size_t c = 0; c < system.model.clusters.size(); ++c) {
     const ClusterWork& cw = system.work.clusters[c];
     const int ni = static_cast<int>(cw.partition.ind.size());
-    // Columns of the elastic rates, as rows.
-    std::vector<int> elastic;
-    bool damped = false;
-    for (int i = 0; i < ni; ++i)
-      if (all[first + i].elastic >= 0) {
-        elastic.push_back(i);
-        damped = damped || model.parts[all[first + i].part].body.De.size() > 0;
-      }
-    const Eigen::Index ne = static_cast<Eigen::Index>(elastic.size());
-    MatX K = MatX::Zero(ne, ni), D;
-    const std::vector<int>& dep = cw.partition.dep;
-    const bool closing = std::any_of(dep.begin(), dep.end(), [&](int k) { return is_elastic(model, model.clusters[c], k); });
-    for (const int i : model.clusters[c].parts) damped = damped || (closing && model.parts[i].body.De.size() > 0);
-    if (damped) D = K;
-    if (closing) add_closing_stiffness(system, c, elastic, K, D);
-    for (Eigen::Index r = 0; r < ne && !closing; ++r) {
-      const Direction& a = all[first + elastic[r]];
-      const FlexibleBody& body = model.parts[a.part].body;
-      for (int i : elastic) {
-        const Direction& b = all[first + i];
-        if (b.part != a.part) continue;
-        K(r, i) = -body.Ke(b.elastic, a.elastic);
-        if (body.De.size() > 0) D(r, i) = -body.De(b.elastic, a.elastic);
-      }
-    }
-    if (ne > 0) {
+    ElasticForces own = elastic_forces(system, all, c, first);
+    const Eigen::Index ne = static_cast<Eigen::Index>(own.elastic.size());
+    for (const int i : own.elastic) columns.push_back(first + i);
+    if (ne > 0 && alone) {
       const MatX& L = cw.L;
-      solve_rows(L, K);
-      if (damped) solve_rows(L, D);
+      solve_rows(L, own.K);
+      if (own.D.size() > 0) solve_rows(L, own.D);
       for (Eigen::Index r = 0; r < ne; ++r) {
-        const int column = first + elastic[r];
+        const int column = first + own.elastic[r];
         out.A.col(column).setZero();
-        out.A.col(column).segment(first, ni) = K.row(r).transpose();
+        out.A.col(column).segment(first, ni) = own.K.row(r).transpose();
         out.B.col(column).setZero();
-        if (damped) out.B.col(column).segment(first, ni) = D.row(r).transpose();
+        if (own.D.size() > 0) out.B.col(column).segment(first, ni) = own.D.row(r).transpose();
       }
     }
+    if (!alone) forces.push_back(std::move(own));
     first += ni;
   }
+  if (alone || columns.empty()) return;
+  const auto respond = [&](MatX ElasticForces::* of, MatX& to) {
+    MatX X = MatX::Zero(nw, static_cast<Eigen::Index>(columns.size()));
+    Eigen::Index row = 0, column = 0;
+    bool any = false;
+    for (size_t c = 0; c < forces.size(); ++c) {
+      const Eigen::Index ni = static_cast<Eigen::Index>(system.work.clusters[c].partition.ind.size());
+      const Eigen::Index ne = static_cast<Eigen::Index>(forces[c].elastic.size());
+      if ((forces[c].*of).size() > 0) X.block(row, column, ni, ne) = (forces[c].*of).transpose(), any = true;
+      row += ni, column += ne;
+    }
+    if (any && system.plane) {
+      PlaneWork work(system.work, *system.plane);
+      force_responses(system.model, work, X);
+    } else if (any) {
+      force_responses(system.model, system.work, X);
+    }
+    for (size_t k = 0; k < columns.size(); ++k) to.col(columns[k]) = X.col(static_cast<Eigen::Index>(k));
+  };
+  respond(&ElasticForces::K, out.A);
+  respond(&ElasticForces::D, out.B);
 }
 
 // The n rates of a piece.
@@ -320,7 +366,7 @@ void update_newton_matrix(System& system, double t, const double* y, const doubl
   const std::vector<Direction> all = directions(system);
   const int nw = static_cast<int>(all.size()), size = state_size(system);
   const bool fresh = renewal.fresh || out.A.rows() != nw;
-  const bool known = closed_form(system), cheap = known && !closed_by_deformation(system) && few_joints(all);
+  const bool known = closed_form(system), cheap = known && matrix_is_cheap(system);
 
   // Coordinates first: differences move work.
   VecX base_rate(size);
@@ -337,7 +383,7 @@ void update_newton_matrix(System& system, double t, const double* y, const doubl
   if (known && !how.A_only) complete_mass_matrices(system);
   update_directions(system, y, all, out);
   // What turns without inertia has one lent to it in the factors alone.
-  if (cheap && joint_count(all) < nw && !system.work.idle) {
+  if (cheap && all_on_ground(system.model) && joint_count(all) < nw && !system.work.idle) {
     update_pieces(system, all, out);
   } else {
     out.pieces.clear();

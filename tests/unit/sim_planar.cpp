@@ -446,6 +446,49 @@ TEST(NewtonMatrix, IsTheDerivative) {
   }
 }
 
+// Bodies that hang on flexible ones: what stiffness and damping of each make of all accelerations, at rest, in a plane and in space, through
+// links, loops that are carried, and parts that a motion drives.
+TEST(NewtonMatrix, OfBodiesThatFlexibleOnesCarry) {
+  const std::string damped = "damping = { ratio = 0.1 }", in_plane = damped + "\neffects = [\"bending_xy\", \"axial\"]";
+  const std::string all = damped + "\neffects = [\"bending_xy\", \"bending_xz\", \"torsion\", \"axial\"]";
+  const std::string rods = beam("rod", 0.4, 3, in_plane) + joint("pivot", "revolute", "ground", "rod.root") + beam("arm", 0.3, 2, in_plane) +
+                           joint("elbow", "revolute", "rod.tip", "arm.root", "initial = { value = 0.7 }");
+  const std::string centre = "[0.02, 0.01, 0]";
+  const std::string link = flat("one", centre) + joint("wrist", "revolute", "arm.tip", "one", "initial = { value = -0.4 }") +
+                           flat("two", centre) + joint("finger", "revolute", "one.b", "two");
+  const std::string loop = flat("base", centre) + joint("h", "revolute", "arm.tip", "base") + flat("crank", centre) +
+                           joint("a", "revolute", "base", "crank", "initial = { value = 1.0 }") + beam("coupler", 0.1, 2, in_plane) +
+                           joint("b", "revolute", "crank.b", "coupler.root") + flat("rocker", centre) +
+                           joint("c", "revolute", "base.b", "rocker", "initial = { value = 1.0 }") +
+                           joint("d", "revolute", "rocker.b", "coupler.tip");
+  const std::string driven = beam("hand", 0.2, 2, in_plane) + joint("turns", "revolute", "arm.tip", "hand.root", "motion = \"0.3\"");
+  const std::string space = beam("mast", 0.5, 2, all) + joint("foot", "weld", "ground", "mast.root") + beam("boom", 0.4, 2, all) +
+                            joint("slew", "revolute", "mast.tip", "boom.root", "axis = [0, 1, 0]\nrotation = [0, 0, 1]") + block("load") +
+                            joint("rope", "spherical", "boom.tip", "load");
+  for (const std::string& text : {rods, rods + link, rods + loop, rods + driven, space}) {
+    System system = system_of(simulation("[0, 0, 0]") + text);
+    EXPECT_EQ(system.plane == nullptr, text == space);
+    const VecX y = pack_state(system, Eigen::Vector2d::Zero());
+    system.weights.begin(system, Method::dirk, y);
+    MechanicalJacobian j;
+    update_newton_matrix(system, 0.0, y.data(), nullptr, {}, j);
+    const int nq = system.model.nq, nw = static_cast<int>(j.A.rows());
+    const MatX T = j.T.dense();
+    VecX rate(y.size());
+    state_rate(system, 0.0, y.data(), rate.data());
+    MechanicalJacobian closed;
+    update_closed_matrix(system, y.data(), closed);
+    Eigen::Index elastic = 0;
+    for (const Part& p : system.model.parts) elastic += p.body.n;
+    EXPECT_EQ((closed.A.colwise().squaredNorm().array() > 0.0).count(), elastic);
+    for (int k = 0; k < nw; ++k) {
+      const VecX column = slope_along(system, y, 0, T.col(k), 1e-6), faster = slope_along(system, y, nq + k, VecX::Ones(1), 1e-4);
+      EXPECT_LE((column - j.A.col(k)).cwiseAbs().maxCoeff(), 1e-6 * j.A.cwiseAbs().maxCoeff()) << k << text;
+      EXPECT_LE((faster - j.B.col(k)).cwiseAbs().maxCoeff(), 1e-6 * j.B.cwiseAbs().maxCoeff()) << k << text;
+    }
+  }
+}
+
 // Where a deformation closes the loop the stiffness goes through it: a slider-crank whose rod is free to spin about its axis only.
 TEST(NewtonMatrix, ThroughLoopsThatDeformationsClose) {
   System system =
