@@ -177,8 +177,9 @@ void write_further(hid_t file, const FurtherShapes& s) {
   const Id group = make_group(file, "further");
   const auto m = static_cast<hsize_t>(s.count()), n = static_cast<hsize_t>(s.coupling.rows()),
              nodes = static_cast<hsize_t>(s.motion.rows() / 6);
-  write_numbers(group, "stiffness", s.stiffness, {m}, "rad^2/s^2",
-                "of shapes of the finite element model beyond the coordinates, by which it is judged what these leave out; their mass is 1");
+  write_numbers(
+      group, "stiffness", s.stiffness, {m}, "rad^2/s^2",
+      "of shapes of the finite element model beyond the coordinates, by which it is judged what these leave out; their mass is 1");
   write_numbers(group, "coupling", s.coupling, {n, m}, "", "mass that the coordinates have in common with them");
   write_numbers(group, "md", s.md, {3, m}, "kg m", "first moment of mass per shape");
   write_numbers(group, "J", s.J, {6, m}, "kg m^2", "inertia tensor per shape");

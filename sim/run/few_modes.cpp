@@ -124,8 +124,8 @@ MatX slopes(const MatX& of, double step) { return (of.bottomRows(of.rows() - 1) 
 double root_mean_square(const MatX& of) { return of.norm() / std::sqrt(static_cast<double>(of.rows())); }
 
 // About what each further shape changes in a body's rates, or their slopes, of all of them: the accelerations bend it by the mass c that it
-// has in common with the coordinates, and so it pushes back with c (c rates'') / stiffness: at once, and where the motion rings in step with
-// it, for as long as it lasts. Vibrations that the samples do not show are not in it.
+// has in common with the coordinates, and so it pushes back with c (c rates'') / stiffness: at once, and where the motion rings in step
+// with it, for as long as it lasts. Vibrations that the samples do not show are not in it.
 VecX worth_of_shapes(const FurtherShapes& shapes, const MatX& rates, const VecX& times) {
   constexpr Eigen::Index slopes_taken = 4;
   const Eigen::Index samples = std::min(rates.rows(), times.size());

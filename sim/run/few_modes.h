@@ -30,12 +30,12 @@ void warn_of_few_modes(const Scene& scene, const SimulateOptions& options, const
 // modes' start means just these.
 FurtherOfBodies further_of_files(const Scene& scene, const Model& model);
 
-// Files of `flexframe reduce` have further shapes of their model: a run with those of them that may
-// count, by the inertia that the run shows, tells what the coordinates leave out. A warning where an output moves by more than `asked` of
-// its range, beyond what the errors of time explain; a note where that run takes more than `allowed` CPU s.
+// Files of `flexframe reduce` have further shapes of their model: a run with them tells what the coordinates leave out; beside runs of more
+// than half a second with those of them that may count. A warning where an output moves by more than `asked` of its range, beyond what the
+// errors of time explain; a note where that run takes more than `allowed` CPU s.
 //
-// Other bodies of files end at some frequency, and what a file does not hold cannot be run. But what its last modes do under loads is what the
-// next ones would do: where the loads are slow they follow them at once, whatever they weigh, as static deflections do (also those of a
+// Other bodies of files end at some frequency, and what a file does not hold cannot be run. But what its last modes do under loads is what
+// the next ones would do: where the loads are slow they follow them at once, whatever they weigh, as static deflections do (also those of a
 // reduction's interfaces, which no mode of the whole model is). So a run in which the highest third of each file's modes, and of those
 // that move, weighs twice as much tells: a warning where an output moves by more than `asked` of its range, beyond what the error of time
 // explains; runs of more than half a second only where these modes move; a note where the second run takes more than `allowed` CPU s.

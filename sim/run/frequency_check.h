@@ -3,8 +3,8 @@
 // A mode of a model with fewer shapes, or without shear and rotary inertia, is too fast; so what a richer model changes in the i-th
 // undamped frequency is its error (Courant, Fischer: frequencies of a richer space lie below, one by one). Richer are: twice the elements,
 // volumes or links, finite elements for eigenforms and kept modes; shear and rotary inertia where they are off; stiffening where it is off
-// (either way); lengthening and twist where they are off; what bodies of files leave out of their models, where the files say it. These bring vibrations of their own, which are not looked at: each frequency is
-// compared with the nearest.
+// (either way); lengthening and twist where they are off; what bodies of files leave out of their models, where the files say it. These
+// bring vibrations of their own, which are not looked at: each frequency is compared with the nearest.
 #pragma once
 
 #include "sim/base/notes.h"

@@ -585,7 +585,8 @@ FurtherShapes further_of(const FlexibleBody& body, Eigen::Index count) {
   return s;
 }
 
-// Further shapes stand behind the end of the part, where other programs stop, and are read bit by bit; files without them stay as they were.
+// Further shapes stand behind the end of the part, where other programs stop, and are read bit by bit; files without them stay as they
+// were.
 TEST(Sid, FurtherShapesBehindTheEnd) {
   const FlexibleBody body = random_body(3, true);
   const std::string without = write_sid_text(from_flexible_body(body, "random"));
@@ -605,7 +606,8 @@ TEST(Sid, FurtherShapesBehindTheEnd) {
   add_shapes(some_of(file.further, {2, 0}), richer);
   EXPECT_EQ(richer.n, 5);
   EXPECT_TRUE(richer.Ke(3, 3) == file.further.stiffness(2) && richer.Ke.topLeftCorner(3, 3) == body.Ke);
-  EXPECT_TRUE(richer.Me.block(0, 4, 3, 1) == file.further.coupling.col(0) && richer.nodes[1].phi.col(3) == file.further.motion.block(6, 2, 3, 1));
+  EXPECT_TRUE(richer.Me.block(0, 4, 3, 1) == file.further.coupling.col(0) &&
+              richer.nodes[1].phi.col(3) == file.further.motion.block(6, 2, 3, 1));
   EXPECT_TRUE(richer.nodes[1].phi2[0].rows() == 5 && richer.nodes[1].phi2[0].topLeftCorner(3, 3) == body.nodes[1].phi2[0]);
 }
 
