@@ -30,9 +30,9 @@ void warn_of_few_modes(const Scene& scene, const SimulateOptions& options, const
 // modes' start means just these.
 FurtherOfBodies further_of_files(const Scene& scene, const Model& model);
 
-// Files of `flexframe reduce` have further shapes of their model: a run with them tells what the coordinates leave out; beside runs of more
-// than half a second with those of them that may count. A warning where an output moves by more than `asked` of its range, beyond what the
-// errors of time explain; a note where that run takes more than `allowed` CPU s.
+// Files of `flexframe reduce` have further shapes of their model: a run with them tells what the coordinates leave out, none
+// beside runs of more than half a second in which they are worth little. A warning where an output moves by more than `asked` of its range,
+// beyond what the errors of time explain; a note where that run takes more than `allowed` CPU s (short ones: twice as much).
 //
 // Other bodies of files end at some frequency, and what a file does not hold cannot be run. But what its last modes do under loads is what
 // the next ones would do: where the loads are slow they follow them at once, whatever they weigh, as static deflections do (also those of a
