@@ -59,6 +59,8 @@ std::string report_text(const ReduceWords& w, const sim::Reduction& r) {
   if (p.compliance_error >= 0.0)
     t += fmt::format("\nStatic deflection at the interfaces under unit loads there: largest error against the full model {:.3g} %\n",
                      100.0 * p.compliance_error);
+  if (p.right_up_to > 0.0)
+    t += fmt::format("\nFree, the body has the full model's frequencies within 0.1 % up to {:.4g} Hz\n", p.right_up_to);
   t += "\n| stage | CPU s |\n|---|---|\n";
   double total = 0.0;
   for (const auto& s : p.stages) {
@@ -143,7 +145,8 @@ std::string hdf5_text(const ReduceWords& w, const sim::Reduction& r, const std::
                                       {"model_sha256", sim::sha256_of_file(w.model)},
                                       {"program", program_fingerprint()},
                                       {"request", words}},
-                           .notes = {}};
+                           .notes = {},
+                           .further = r.further};
   const std::filesystem::path own = w.output + ".whole";
   sim::write_body(file, own);
   std::ifstream in(own, std::ios::binary);
@@ -151,6 +154,12 @@ std::string hdf5_text(const ReduceWords& w, const sim::Reduction& r, const std::
   in.close();
   std::filesystem::remove(own);
   return bytes;
+}
+
+std::string sid_text(const sim::Reduction& r, const std::string& comment) {
+  sim::SidFile sid = sim::from_flexible_body(r.body, comment);
+  sid.further = r.further;
+  return sim::write_sid_text(sid);
 }
 
 std::filesystem::path mesh_of(const ReduceWords& w) {
@@ -175,7 +184,7 @@ KeptTexts make(const ReduceWords& w, const KeptWork& work, const std::function<v
   const auto [model, r] = sim::reduce(w.request, progress, throw_if_interrupted);
   KeptTexts texts;
   const std::string comment = sim::reduced_comment(std::filesystem::path(w.model).filename().string(), r.report.lacks);
-  texts["body"] = as_hdf5(w.output) ? hdf5_text(w, r, comment) : sim::write_sid_text(sim::from_flexible_body(r.body, comment));
+  texts["body"] = as_hdf5(w.output) ? hdf5_text(w, r, comment) : sid_text(r, comment);
   texts["obj"] = sim::surface_obj(model);
   texts["report"] = report_text(w, r);
   texts["json"] = summary(r).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);

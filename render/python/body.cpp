@@ -21,6 +21,7 @@ struct Body {
   std::vector<std::string> notes, warnings;
   sim::VecX frequencies;  // Hz
   std::string surface;    // Wavefront text, or empty
+  sim::FurtherShapes further;
   std::optional<double> static_error;
 };
 using Shared = std::shared_ptr<Body>;
@@ -32,6 +33,7 @@ Shared from_sid(const std::filesystem::path& path) {
   out->name = path.stem().string();
   out->comment = std::move(file.comment);
   out->body = std::move(file.body);
+  out->further = std::move(file.further);
   // Of the free elastic coordinates: Ke x = omega^2 Me x.
   const sim::GeneralizedEigen modes(out->body.Ke, out->body.Me, Eigen::EigenvaluesOnly);
   out->frequencies = modes.eigenvalues().cwiseMax(0.0).cwiseSqrt() / (2.0 * M_PI);
@@ -89,6 +91,7 @@ Shared reduce(const std::filesystem::path& path, const py::dict& words, const py
   auto [model, reduced] = sim::reduce(
       request, [&](const std::string& text) { teller.look(text); }, [&] { watcher.look(); });
   out->body = std::move(reduced.body);
+  out->further = std::move(reduced.further);
   out->name = path.stem().string();
   out->comment = sim::reduced_comment(path.filename().string(), reduced.report.lacks);
   out->frequencies = reduced.report.frequencies;
@@ -171,7 +174,11 @@ Arrays are read-only views; n elastic coordinates.)")
           "surface", [](const Body& b) { return b.surface; }, "Outer surface of the model it was reduced from, Wavefront text; or empty.")
       .def(
           "write_sid",
-          [](const Body& b, const std::filesystem::path& path) { sim::write_sid(sim::from_flexible_body(b.body, b.comment), path); },
+          [](const Body& b, const std::filesystem::path& path) {
+            sim::SidFile sid = sim::from_flexible_body(b.body, b.comment);
+            sid.further = b.further;
+            sim::write_sid(sid, path);
+          },
           py::arg("path"), "Writes the body as SID file; reading it gives the same bits. Raises InputError.");
   m.def("_reduce", &reduce, py::arg("path"), py::arg("words"), py::arg("progress"));
 }

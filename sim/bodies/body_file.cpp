@@ -71,6 +71,7 @@ void check_body(const BodyFile& file, const std::string& path) {
     for (const MatX& x : node.psi2) matrix("psi2", x, n, n);
     if (!node.origin.allFinite()) fail(fmt::format("the place of node '{}' is not finite", node.name));
   }
+  if (file.further.count() > 0 && !is_sound(file.further, n, std::ssize(b.nodes))) fail("the further shapes do not fit the body");
   if (!file.surface.points.allFinite()) fail("a point of the surface is not finite");
   matrix("surface/phi", file.surface.phi, 3 * m, n);
   matrix("surface/stress", file.surface.stress, 6 * m, n);
@@ -170,6 +171,37 @@ void write_body_surface(hid_t file, const BodySurface& s, hsize_t n) {
         group, "load_stress", node_rows(s.load_stress, 6), {m, 6, 12}, "Pa",
         "static stress that the coordinates leave out, per m/s^2 of weight less acceleration (3), rad/s^2 of angular acceleration "
         "with the other sign (3), rad^2/s^2 of angular velocity: half of xx yy zz, xy xz yz (6)");
+}
+
+void write_further(hid_t file, const FurtherShapes& s) {
+  const Id group = make_group(file, "further");
+  const auto m = static_cast<hsize_t>(s.count()), n = static_cast<hsize_t>(s.coupling.rows()),
+             nodes = static_cast<hsize_t>(s.motion.rows() / 6);
+  write_numbers(
+      group, "stiffness", s.stiffness, {m}, "rad^2/s^2",
+      "of shapes of the finite element model beyond the coordinates, by which it is judged what these leave out; their mass is 1");
+  write_numbers(group, "coupling", s.coupling, {n, m}, "", "mass that the coordinates have in common with them");
+  write_numbers(group, "md", s.md, {3, m}, "kg m", "first moment of mass per shape");
+  write_numbers(group, "J", s.J, {6, m}, "kg m^2", "inertia tensor per shape");
+  write_numbers(group, "Cr", s.Cr, {3, m}, "kg m^2", "angular momentum per rate of a shape");
+  write_numbers(group, "motion", node_rows(s.motion, 6), {nodes, 6, m}, "", "displacement and rotation of each node per shape");
+}
+
+// nodes: of the body, where they are read.
+FurtherShapes read_further(const Reader& reader, hid_t file, int coordinates, std::optional<size_t> nodes) {
+  FurtherShapes s;
+  if (!reader.has(file, "further")) return s;
+  const std::string path = "/further/";
+  const Id group = reader.group(file, "further", "/further");
+  s.stiffness = reader.numbers(group, "stiffness", path, {Reader::any}, false).reshaped();
+  const auto m = static_cast<hsize_t>(s.count()), n = static_cast<hsize_t>(coordinates);
+  s.coupling = reader.numbers(group, "coupling", path, {n, m}, false);
+  s.md = reader.numbers(group, "md", path, {3, m}, false);
+  s.J = reader.numbers(group, "J", path, {6, m}, false);
+  s.Cr = reader.numbers(group, "Cr", path, {3, m}, false);
+  s.motion = node_columns(reader.numbers(group, "motion", path, {nodes.value_or(Reader::any), 6, m}, nodes == 0), 6);
+  if (!is_sound(s, coordinates, s.motion.rows() / 6)) reader.fail("group '/further'", "must hold finite numbers and stiffnesses > 0");
+  return s;
 }
 
 // The head of the file, and its number of coordinates.
@@ -355,6 +387,7 @@ BodyFile read_body(const std::filesystem::path& path, const std::string& name) {
     out.notes = sid.notes;
     out.comment = sid.file.comment;
     out.body = to_flexible_body(sid.file, name, &out.notes, &out.lacks);
+    out.further = sid.file.further;
     return out;
   }
   H5dont_atexit();
@@ -366,6 +399,7 @@ BodyFile read_body(const std::filesystem::path& path, const std::string& name) {
   read_matrices(reader, file, out.body);
   read_nodes(reader, file, out.body);
   out.surface = read_surface_group(reader, file, out.body.n);
+  out.further = read_further(reader, file, out.body.n, out.body.nodes.size());
   for (const char* key : {"model", "model_sha256", "program", "request"})
     if (const std::string text = reader.text(file, key, "/", ""); !text.empty()) out.origin.emplace_back(key, text);
   // Its matrices are held to what those of a SID file are.
@@ -383,6 +417,15 @@ BodySurface read_body_surface(const std::filesystem::path& path) {
   return read_surface_group(reader, file, read_head(reader, file, path.string()));
 }
 
+FurtherShapes read_further_shapes(const std::filesystem::path& path) {
+  if (!is_hdf5(path)) return read_sid(path).file.further;
+  H5dont_atexit();
+  const Quiet quiet;
+  const Reader reader(path, "a flexible body (BODY.h5)");
+  const Id file = reader.open_file();
+  return read_further(reader, file, read_head(reader, file, path.string()), std::nullopt);
+}
+
 void write_body(const BodyFile& file, const std::filesystem::path& path) {
   check_body(file, path.string());
   write_hdf5(path, [&](hid_t h5) {
@@ -395,6 +438,7 @@ void write_body(const BodyFile& file, const std::filesystem::path& path) {
     for (const auto& [key, text] : file.origin) write_attribute(h5, key, text);
     write_matrices(h5, file.body);
     if (!file.body.nodes.empty()) write_nodes(h5, file.body);
+    if (file.further.count() > 0) write_further(h5, file.further);
     if (file.surface.points.rows() > 0) write_body_surface(h5, file.surface, static_cast<hsize_t>(file.body.n));
   });
 }

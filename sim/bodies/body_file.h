@@ -39,6 +39,7 @@ struct BodyFile {
   BodyOrigin origin;               // of HDF5 files
   std::vector<std::string> notes;  // what a file contradicts itself in, or holds and is not used
   SidLacks lacks = {};             // of SID files
+  FurtherShapes further = {};      // of files that `flexframe reduce` made: what the coordinates leave out
 };
 
 // Whether the bytes are HDF5's; false where the file cannot be read.
@@ -54,6 +55,9 @@ Eigen::MatrixX3i surface_triangles(const BodySurface& surface);
 BodyFile read_body(const std::filesystem::path& path, const std::string& name);
 // Of an HDF5 file the surface alone; no points where it has none. Throws as read_body.
 BodySurface read_body_surface(const std::filesystem::path& path);
+
+// Of either kind of file the further shapes alone; none where it has none. Throws as read_body.
+FurtherShapes read_further_shapes(const std::filesystem::path& path);
 
 // HDF5. Bodies with mass along an axis (FlexibleBody::axis) have no file. Throws InputError where a value is not finite or a size
 // contradicts another, FileError where the file cannot be written.

@@ -11,6 +11,7 @@
 #pragma once
 
 #include "sim/bodies/flexible_body.h"
+#include "sim/bodies/further_shapes.h"
 
 #include <filesystem>
 #include <optional>
@@ -60,6 +61,7 @@ struct SidFile {
   std::vector<SidNode> nodes;
   std::optional<SidTaylor> mdCM, J, Ct, Cr, Me, Gr, Ge, Oe, ksigma, Ke, De;
   std::vector<SidText> others;
+  FurtherShapes further;  // behind the end of the part, where other programs do not read on; none: the file has none
   bool operator==(const SidFile&) const = default;
 };
 

@@ -182,7 +182,10 @@ class Reader {
     if (!refmod) lines.fail("'end modal' without a 'refmod' block (mass, nelastq)");
     lines.need("'end part'");
     if (keyword(lines.line) != "end part") lines.fail(fmt::format("'end part' is expected, found '{}'", shown(lines.line)));
-    if (lines.next()) read_as(fmt::format("text behind 'end part' (line {}) is left out", lines.number));
+    if (lines.next()) {
+      if (keyword(lines.line).starts_with("further shapes =")) read_further();
+      else read_as(fmt::format("text behind 'end part' (line {}) is left out", lines.number));
+    }
 
     if (declared_nodes && *declared_nodes != static_cast<int>(sid.nodes.size()))
       lines.fail(fmt::format("the first line announces {} nodes, the file has {}", *declared_nodes, sid.nodes.size()), 1);
@@ -367,6 +370,50 @@ class Reader {
       lines.fail(fmt::format("a block or 'end modal' is expected, found '{}'", shown(lines.line)));
     note(fmt::format("block '{}' (line {}) is not known: kept and written again, not used", shown(lines.line), lines.number));
     sid.others.push_back(read_unknown());
+  }
+
+  // Rows of as many numbers as there are shapes, under their name.
+  void read_rows(const char* name, Eigen::Index columns, Eigen::Index rows, MatX& into) {
+    lines.need(fmt::format("'{}'", name));
+    if (lines.line != name) lines.fail(fmt::format("'{}' is expected, found '{}'", name, shown(lines.line)));
+    std::vector<double> values;  // as many as the file has
+    for (Eigen::Index i = 0; i < rows; ++i) {
+      lines.need(fmt::format("row {} of {} of '{}'", i + 1, rows, name));
+      std::string_view rest = lines.line;
+      for (Eigen::Index k = 0; k < columns; ++k) {
+        const size_t end = std::find_if(rest.begin(), rest.end(), is_space) - rest.begin();
+        if (double& value = values.emplace_back(); !parse_real(rest.substr(0, end), value))
+          lines.fail(fmt::format("{} numbers are expected, found '{}'", columns, shown(lines.line)));
+        rest = trim(rest.substr(end));
+      }
+      if (!rest.empty()) lines.fail(fmt::format("{} numbers are expected, found '{}' more", columns, shown(rest)));
+    }
+    into = Eigen::Map<const RowsX>(values.data(), rows, columns);
+  }
+
+  // further_shapes.h: behind the end of the part.
+  void read_further() {
+    std::string_view value;
+    int count = 0;
+    if (!key_value(lines.line, "further shapes", value) || !parse_int(value, count) || count < 1 || count > 20000)
+      lines.fail(fmt::format("'further shapes = COUNT' is expected, found '{}'", shown(lines.line)));
+    FurtherShapes& further = sid.further;
+    MatX stiffness, md, J, Cr;
+    read_rows("stiffness", count, 1, stiffness);
+    read_rows("mass in common", count, sid.nelastq, further.coupling);
+    read_rows("mdCM", count, 3, md);
+    read_rows("J", count, 6, J);
+    read_rows("Cr", count, 3, Cr);
+    read_rows("phi psi", count, 6 * std::ssize(sid.nodes), further.motion);
+    lines.need("'end further shapes'");
+    if (keyword(lines.line) != "end further shapes")
+      lines.fail(fmt::format("'end further shapes' is expected, found '{}'", shown(lines.line)));
+    further.stiffness = stiffness.transpose();
+    further.md = md;
+    further.J = J;
+    further.Cr = Cr;
+    if (!(further.stiffness.minCoeff() > 0.0)) lines.fail("the stiffness of a further shape must be > 0");
+    if (lines.next()) read_as(fmt::format("text behind 'end further shapes' (line {}) is left out", lines.number));
   }
 
   SidText read_unknown() {

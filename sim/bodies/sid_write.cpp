@@ -48,6 +48,26 @@ struct Writer {
     for (const std::string& text : block->higher) line(inner, text);
     line(indent, fmt::format("end {}", name));
   }
+  // A row a line.
+  void rows(const char* name, const Eigen::Ref<const MatX>& values) {
+    line(6, name);
+    for (Eigen::Index i = 0; i < values.rows(); ++i) {
+      std::string text;
+      for (const double value : values.row(i)) text += " " + real(value);
+      line(11, text);
+    }
+  }
+  void further(const FurtherShapes& shapes) {
+    if (shapes.count() == 0) return;
+    line(1, fmt::format("further shapes = {}", shapes.count()));
+    rows("stiffness", shapes.stiffness.transpose());
+    rows("mass in common", shapes.coupling);
+    rows("mdCM", shapes.md);
+    rows("J", shapes.J);
+    rows("Cr", shapes.Cr);
+    rows("phi psi", shapes.motion);
+    line(1, "end further shapes");
+  }
   void text(int indent, const std::vector<SidText>& blocks) {
     for (const SidText& block : blocks)
       for (const std::string& l : block.lines) line(indent, l);
@@ -84,6 +104,7 @@ std::string write_sid_text(const SidFile& sid) {
   w.text(11, sid.others);
   w.line(6, "end modal");
   w.line(1, "end part");
+  w.further(sid.further);
   return std::move(w.out);
 }
 

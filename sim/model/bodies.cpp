@@ -554,7 +554,7 @@ void warn_of_lacks(Model& model, const Scene& scene, const std::string& owner, c
 
 }  // namespace
 
-void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order) {
+void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order, const FurtherOfBodies& further) {
   const std::vector<Mat3> orientation = start_orientation(model, scene, order);
   const Vec3 moves_in = plane_normal(scene, orientation);
   // Beams that are loaded beside the plane in which they move may leave it, if they have the effects for it.
@@ -613,6 +613,7 @@ void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order
     } else if (const auto* modal = std::get_if<ModalDef>(&def.kind)) {
       BodyFile file = read_body(modal->file, modal->file.string());
       part.body = std::move(file.body);
+      if (const auto more = further.find(def.name); more != further.end()) add_shapes(more->second, part.body);
       require_turned_nodes(scene, def, part.body);
       for (const std::string& note : file.notes) model.notes.tell(owner, note);
       warn_of_lacks(model, scene, owner, def.name, file);

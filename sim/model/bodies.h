@@ -1,6 +1,7 @@
 // The parts behind a scene's bodies: one a body, or a chain for mixed and lumped beams.
 #pragma once
 
+#include "sim/bodies/further_shapes.h"
 #include "sim/model/model.h"
 
 #include <vector>
@@ -23,8 +24,8 @@ FramePoint find_frame(const Model& model, const Scene& scene, int body, const st
 void resolve_node(Model& model, const std::string& where, int frame);
 
 // Makes the flexible bodies, now that the tree (Part::parent, ::joint) says how the scene moves, and resolves the frames' nodes.
-// order: parts, carriers first.
-void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order);
+// order: parts, carriers first. further: shapes that bodies of files take beside their own.
+void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order, const FurtherOfBodies& further = {});
 
 // Elastic coordinates of a scene's body as the scene file counts them: piece by piece from the root, of a lumped beam the angles of the
 // link towards the piece before it (about x, y, z as far as they exist), then the piece's own.

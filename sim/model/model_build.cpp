@@ -94,7 +94,7 @@ int joint_part(const Model& model, int scene_joint) {
   return -1;
 }
 
-Model build_model(const Scene& scene) {
+Model build_model(const Scene& scene, const FurtherOfBodies& further) {
   Model model;
   model.title = scene.title;
   model.settings = scene.simulation;
@@ -102,7 +102,7 @@ Model build_model(const Scene& scene) {
 
   SpanningTree tree = make_spanning_tree(model, scene);
   // Bodies' elastic coordinates depend on how the scene moves; now the tree is known.
-  make_bodies(model, scene, tree.order);
+  make_bodies(model, scene, tree.order, further);
   model.loops = std::move(tree.loops);
   add_couplings(model, scene);
   form_clusters(model, scene, tree.order);

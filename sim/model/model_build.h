@@ -1,13 +1,15 @@
 // From a scene to a mechanism: bodies made, spanning tree chosen, loops cut, clusters formed, coordinates numbered.
 #pragma once
 
+#include "sim/bodies/further_shapes.h"
 #include "sim/model/model.h"
 
 namespace flexframe::sim {
 
 // Throws InputError naming line and joint or body: missing frames, a joint between a body and itself, nothing to simulate.
 // Bodies without a way to ground get a free joint; Model::notes say so.
-Model build_model(const Scene& scene);
+// further: shapes that bodies of files take beside their own.
+Model build_model(const Scene& scene, const FurtherOfBodies& further = {});
 
 // The frame a scene names, as a new FramePoint of the model; a body's name alone is its own frame (a beam's: its root).
 // Throws InputError with the frames that exist. `where` starts the message.

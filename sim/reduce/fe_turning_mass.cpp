@@ -9,11 +9,11 @@
 namespace flexframe::sim {
 namespace {
 
-constexpr int first_of[6] = {0, 1, 2, 0, 0, 1}, second_of[6] = {0, 1, 2, 1, 2, 2};
+constexpr int row_of[6] = {0, 1, 2, 0, 0, 1}, column_of[6] = {0, 1, 2, 1, 2, 2};
 
 Vec6 as_rows(const Mat3& J) {
   Vec6 out;
-  for (int r = 0; r < 6; ++r) out(r) = J(first_of[r], second_of[r]);
+  for (int r = 0; r < 6; ++r) out(r) = J(row_of[r], column_of[r]);
   return out;
 }
 

@@ -7,6 +7,7 @@
 #include "sim/reduce/dense_products.h"
 #include "sim/reduce/fe_attachment.h"
 #include "sim/reduce/fe_elements.h"
+#include "sim/reduce/fe_further.h"
 #include "sim/reduce/fe_integrals.h"
 #include "sim/reduce/fe_mesh_error.h"
 #include "sim/reduce/fe_refine.h"
@@ -21,6 +22,7 @@
 #include <fstream>
 #include <numbers>
 #include <set>
+#include <utility>
 
 #ifdef __GLIBC__
 #include <malloc.h>
@@ -131,6 +133,7 @@ class Reducer {
   std::vector<std::string> names;
   std::vector<bool> turning;  // interfaces that nothing holds against turns; the matrix that tells goes before the factor is made
   FeModes basis;
+  MatX static_fields;  // elastic responses to unit loads at the interfaces, of which the further shapes are made
 
   ReduceReport& report() { return out.report; }
   void say(const std::string& text) {
@@ -364,7 +367,8 @@ class Reducer {
     if (options.interfaces.empty()) return;
     std::vector<std::pair<size_t, int>> owners;
     const MatX loads = interface_loads(&owners);
-    const MatX full = product_tn(loads, solver->respond(loads, 0.0, &basis, 1e-8));
+    static_fields = solver->respond(loads, 0.0, &basis, 1e-8);
+    const MatX full = product_tn(loads, static_fields);
     const MatX seen = product_tn(basis.vectors, loads);
     const MatX small = seen.transpose() * basis.eigenvalues.cwiseInverse().asDiagonal() * seen;
     double worst = 0.0;
@@ -458,6 +462,7 @@ class Reducer {
     if (options.damping > 0.0) body.De = (2.0 * options.damping * basis.eigenvalues.cwiseSqrt()).asDiagonal();
     for (int k = 0; k < n; ++k) body.labels.push_back(fmt::format("Eigen Mode {:4} : {:12.3f} Hz", k + 1, hertz(basis.eigenvalues(k))));
     lap("integrals");
+    add_further_shapes();
     judge_mesh(U);
 
     for (size_t i = 0; i < attachments.size(); ++i) {
@@ -474,6 +479,30 @@ class Reducer {
     else if (options.stiffening) add_stiffening(U);
     if (options.stress) add_stress(U);
     if (options.surface) add_surface(U);
+  }
+
+  // What the coordinates leave out, for scenes to judge by. Eigenmodes are the model's, and what they lack is told of the interfaces.
+  void add_further_shapes() {
+    if (method == ReduceMethod::eigenmodes || static_fields.cols() == 0) return;
+    const FeFurther found = further_fields(*solver, basis, std::exchange(static_fields, MatX()));
+    if (found.shapes.eigenvalues.size() == 0) return;
+    const MatX U = reduced.expand(found.shapes.vectors);
+    FurtherShapes& further = out.further;
+    further.stiffness = found.shapes.eigenvalues;
+    further.coupling = found.coupling;
+    const LinearMass linear = linear_mass(model, system, U);
+    further.md = linear.md;
+    further.J = linear.J;
+    further.Cr = linear.Cr;
+    if (solver->rigid() == 6) {
+      further.md.setZero();
+      further.Cr.setZero();
+    }
+    further.motion.resize(6 * std::ssize(attachments), U.cols());
+    for (size_t i = 0; i < attachments.size(); ++i)
+      further.motion.middleRows(6 * static_cast<Eigen::Index>(i), 6) = attachments[i].motion * U;
+    report().right_up_to = hertz(found.right_up_to);
+    lap("further shapes");
   }
 
   // Flat shells have their mass at their nodes: about an axis along a strip of one element it is three times too far out.

@@ -9,6 +9,7 @@
 
 #include "sim/bodies/body_file.h"
 #include "sim/bodies/flexible_body.h"
+#include "sim/bodies/further_shapes.h"
 #include "sim/bodies/sid_lack.h"
 #include "sim/reduce/fe_model.h"
 
@@ -67,6 +68,7 @@ struct ReduceReport {
   double compliance_error =
       0.0;  // largest relative error of the static deflection at the interfaces under unit forces there; -1: no interfaces
   std::vector<InterfaceLack> lacks;  // of each interface
+  double right_up_to = 0.0;          // Hz: so far the free modes of the reduced model are the model's (0: not known)
   std::vector<std::string> notes, warnings;
   struct Stage {
     std::string name;
@@ -77,7 +79,8 @@ struct ReduceReport {
 
 struct Reduction {
   FlexibleBody body;
-  BodySurface surface;  // where ReduceOptions::surface asks for it and the model has faces
+  FurtherShapes further;  // beside interfaces and but for eigenmodes
+  BodySurface surface;    // where ReduceOptions::surface asks for it and the model has faces
   ReduceReport report;
 };
 

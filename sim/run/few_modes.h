@@ -2,6 +2,7 @@
 // the highest modes of the file heavier. (Eigenforms of modal beams are judged by model_check.)
 #pragma once
 
+#include "sim/bodies/further_shapes.h"
 #include "sim/results/histories.h"
 #include "sim/run/histories_run.h"
 #include "sim/scene/scene.h"
@@ -25,8 +26,16 @@ struct ComparedRun {
 void warn_of_few_modes(const Scene& scene, const SimulateOptions& options, const ComparedRun& run, double asked,
                        SolverStatistics& statistics);
 
-// Bodies of files end at some frequency, and what a file does not hold cannot be run. But what its last modes do under loads is what the
-// next ones would do: where the loads are slow they follow them at once, whatever they weigh, as static deflections do (also those of a
+// The further shapes of the scene's bodies of files, of those that have some and whose modes are moved by loads: a scene that gives the
+// modes' start means just these.
+FurtherOfBodies further_of_files(const Scene& scene, const Model& model);
+
+// Files of `flexframe reduce` have further shapes of their model: a run with them tells what the coordinates leave out, none
+// beside runs of more than half a second in which they are worth little. A warning where an output moves by more than `asked` of its range,
+// beyond what the errors of time explain; a note where that run takes more than `allowed` CPU s (short ones: twice as much).
+//
+// Other bodies of files end at some frequency, and what a file does not hold cannot be run. But what its last modes do under loads is what
+// the next ones would do: where the loads are slow they follow them at once, whatever they weigh, as static deflections do (also those of a
 // reduction's interfaces, which no mode of the whole model is). So a run in which the highest third of each file's modes, and of those
 // that move, weighs twice as much tells: a warning where an output moves by more than `asked` of its range, beyond what the error of time
 // explains; runs of more than half a second only where these modes move; a note where the second run takes more than `allowed` CPU s.

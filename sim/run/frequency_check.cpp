@@ -4,6 +4,7 @@
 #include "sim/base/error.h"
 #include "sim/dynamics/directions.h"
 #include "sim/run/effect_report.h"
+#include "sim/run/few_modes.h"
 #include "sim/run/model_check.h"
 #include "sim/start/make_system.h"
 #include "sim/start/statics.h"
@@ -204,6 +205,7 @@ std::optional<Scene> richer_beam(RicherBeams::By by, const Scene& scene, const s
     case RicherBeams::By::bending:
       return with_large_bending(scene, states, body);
     case RicherBeams::By::further:
+    case RicherBeams::By::of_files:
       break;
   }
   return with_further(scene, states, body);
@@ -232,6 +234,25 @@ std::optional<RicherBeams> richer_by(const System& system, RicherBeams::By by, b
   return out;
 }
 
+// Bodies of files with all that their files say beyond their coordinates.
+std::optional<RicherBeams> richer_by_files(const System& system, bool& too_many) {
+  const FurtherOfBodies further = further_of_files(system.scene, system.model);
+  if (further.empty()) return std::nullopt;
+  RicherBeams out;
+  out.by = RicherBeams::By::of_files;
+  for (const auto& [name, shapes] : further) out.bodies.push_back(name);
+  try {
+    out.system = make_system(system.scene, {}, further);
+  } catch (const InputError&) {
+    return std::nullopt;
+  } catch (const SimulationError&) {
+    return std::nullopt;
+  }
+  if (independent_directions(out.system.model, out.system.work).size() <= most_directions) return out;
+  too_many = true;
+  return std::nullopt;
+}
+
 std::string with_words(const RicherBeams& richer) {
   switch (richer.by) {
     case RicherBeams::By::shapes:
@@ -242,6 +263,8 @@ std::string with_words(const RicherBeams& richer) {
       return "with what axial forces do to bending, which is off";
     case RicherBeams::By::bending:
       return "with large_bending, which is off";
+    case RicherBeams::By::of_files:
+      return "with further shapes of its finite element model, which its file keeps to measure this";
     case RicherBeams::By::further:
       break;
   }
@@ -250,6 +273,7 @@ std::string with_words(const RicherBeams& richer) {
 
 const char* advice(const RicherBeams& richer, const Scene& scene) {
   if (richer.by == RicherBeams::By::further) return "add \"axial\" or \"torsion\" to 'effects'";
+  if (richer.by == RicherBeams::By::of_files) return "reduce the model with more modes";
   if (richer.by == RicherBeams::By::stiffening) return "add \"stiffening\" to 'effects'";
   if (richer.by == RicherBeams::By::bending) return "add \"large_bending\" to 'effects'";
   for (const BodyDef& b : scene.bodies) {
@@ -456,8 +480,9 @@ std::vector<RicherBeams> richer_beams(const System& system, Notes& notes) {
   for (const RicherBeams::By by :
        {RicherBeams::By::shapes, RicherBeams::By::shear, RicherBeams::By::stiffening, RicherBeams::By::bending, RicherBeams::By::further})
     if (std::optional<RicherBeams> richer = richer_by(system, by, too_many)) out.push_back(std::move(*richer));
+  if (std::optional<RicherBeams> richer = richer_by_files(system, too_many)) out.push_back(std::move(*richer));
   if (too_many)
-    notes.tell("", fmt::format("how right the frequencies are was not looked at: finer beams would have more than {} degrees of freedom",
+    notes.tell("", fmt::format("how right the frequencies are was not looked at: finer bodies would have more than {} degrees of freedom",
                                most_directions));
   return out;
 }
@@ -482,7 +507,9 @@ void tell_of_frequencies(const System& system, const Linearisation& linear, cons
     const bool further = r.by == RicherBeams::By::further;
     VecX other;
     try {
-      other = undamped_frequencies(about_equilibrium(linear, r.system));
+      // What files say beyond their coordinates moves no equilibrium.
+      const bool files = r.by == RicherBeams::By::of_files;
+      other = undamped_frequencies(files ? linearise(r.system) : about_equilibrium(linear, r.system));
     } catch (const InputError&) {  // it has no equilibrium
       continue;
     } catch (const SimulationError&) {

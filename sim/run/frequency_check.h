@@ -3,8 +3,8 @@
 // A mode of a model with fewer shapes, or without shear and rotary inertia, is too fast; so what a richer model changes in the i-th
 // undamped frequency is its error (Courant, Fischer: frequencies of a richer space lie below, one by one). Richer are: twice the elements,
 // volumes or links, finite elements for eigenforms and kept modes; shear and rotary inertia where they are off; stiffening where it is off
-// (either way); lengthening and twist where they are off. These bring vibrations of their own, which are not looked at: each frequency is
-// compared with the nearest.
+// (either way); lengthening and twist where they are off; what bodies of files leave out of their models, where the files say it. These
+// bring vibrations of their own, which are not looked at: each frequency is compared with the nearest.
 #pragma once
 
 #include "sim/base/notes.h"
@@ -19,7 +19,8 @@ namespace flexframe::sim {
 
 // The scene with a richer model of some of its beams.
 struct RicherBeams {
-  enum class By { shapes, shear, stiffening, bending, further };  // bending: large, of static starts
+  // bending: large, of static starts; of_files: bodies of files have the further shapes of their files
+  enum class By { shapes, shear, stiffening, bending, further, of_files };
   By by = By::shapes;
   std::vector<std::string> bodies;
   bool few_shapes = false;  // of each beam only the lowest ones, which tell where they are slower, no more

@@ -473,7 +473,7 @@ std::optional<Unjudged> repeated(const Results& first, const SimulateOptions& op
   const double steps = 2.0 * growth * static_cast<double>(before.steps) + 1000.0;
   tight.max_steps = std::min(steps, steps_allowed(called.scene, options));
   const double work = 0.5 + std::max(2e-6 * price_at(first, tolerance), growth * before.work);
-  tight.progress = give_up_after(work, options.progress);
+  tight.progress = give_up_when_late(work, called.scene.simulation.duration, options.progress);
   try {
     Unjudged again = simulate_as_called(tight, called);
     again.options.progress = options.progress;
@@ -506,7 +506,8 @@ std::optional<Unjudged> followed(const Scene& scene, const SimulateOptions& opti
   SimulateOptions other = options;
   other.method = Method::exponential;
   const double then = before.error_estimate > worth_nothing ? std::min(longer_then * before.work, longest_then) : 0.0;
-  other.progress = give_up_after(std::max({2.0 * least_check, check_price * before.work, then}), options.progress);
+  other.progress =
+      give_up_when_late(std::max({2.0 * least_check, check_price * before.work, then}), scene.simulation.duration, options.progress);
   const Called kept = called;
   try {
     Unjudged again = simulate_as_called(other, called);

@@ -48,8 +48,8 @@ void check_springs(const Model& model, const Scene& scene, const Work& work) {
 }
 
 // Model, work space and assembled start of system.scene.
-void build(System& system) {
-  system.model = build_model(system.scene);
+void build(System& system, const FurtherOfBodies& further) {
+  system.model = build_model(system.scene, further);
   system.work = make_work(system.model);
   system.notes = system.model.notes;
   system.notes.warn(system.scene.doubts);
@@ -99,11 +99,11 @@ void say_rest(const StaticSolution& found, double duration, Notes& notes) {
 
 }  // namespace
 
-System make_system(const Scene& scene, const BeforeRest& before) {
+System make_system(const Scene& scene, const BeforeRest& before, const FurtherOfBodies& further) {
   System system;
   system.scene = scene;
-  build(system);
-  while (let_lengthen(held_lengths(system.model, system.scene, system.work), system.scene, system.notes)) build(system);
+  build(system, further);
+  while (let_lengthen(held_lengths(system.model, system.scene, system.work), system.scene, system.notes)) build(system, further);
   if (wants_statics(scene)) {
     load_at_rest(system.model, system.work);
     const std::vector<char> left = before ? before(system.model, system.work) : std::vector<char>();

@@ -1,6 +1,7 @@
 // A scene made ready to be integrated: model, effects that its loops call for, assembled start, static equilibrium, what has no inertia.
 #pragma once
 
+#include "sim/bodies/further_shapes.h"
 #include "sim/time/system.h"
 
 #include <functional>
@@ -12,7 +13,7 @@ namespace flexframe::sim {
 // leaves where they are, a mark a rate of w_all (statics.h).
 using BeforeRest = std::function<std::vector<char>(const Model&, Work&)>;
 
-// Builds the model and assembles the start (t = 0). Throws InputError.
-System make_system(const Scene& scene, const BeforeRest& before = {});
+// Builds the model and assembles the start (t = 0). Throws InputError. further: shapes that bodies of files take beside their own.
+System make_system(const Scene& scene, const BeforeRest& before = {}, const FurtherOfBodies& further = {});
 
 }  // namespace flexframe::sim

@@ -573,12 +573,53 @@ TEST(Sid, WithoutCountsAndWithNewFrame) {
   EXPECT_NE(message(replaced(frames, "new frame", "new node")).find("'end node' is expected"), std::string::npos);
 }
 
+// Shapes beyond those of a body, of any motion.
+FurtherShapes further_of(const FlexibleBody& body, Eigen::Index count) {
+  FurtherShapes s;
+  s.stiffness = VecX::Random(count).cwiseAbs() + VecX::Ones(count);
+  s.coupling = 0.1 * MatX::Random(body.n, count);
+  s.md = Mat3X::Random(3, count);
+  s.Cr = Mat3X::Random(3, count);
+  s.J = Mat6X::Random(6, count);
+  s.motion = MatX::Random(6 * std::ssize(body.nodes), count);
+  return s;
+}
+
+// Further shapes stand behind the end of the part, where other programs stop, and are read bit by bit; files without them stay as they
+// were.
+TEST(Sid, FurtherShapesBehindTheEnd) {
+  const FlexibleBody body = random_body(3, true);
+  const std::string without = write_sid_text(from_flexible_body(body, "random"));
+  SidFile file = from_flexible_body(body, "random");
+  file.further = further_of(body, 4);
+  const std::string with = write_sid_text(file);
+  EXPECT_TRUE(with.starts_with(without));
+  const SidReading reading = read_sid_text(with, "further");
+  EXPECT_TRUE(reading.file.further == file.further);
+  EXPECT_EQ(read_sid_text(without, "bare").file.further.count(), 0);
+  EXPECT_EQ(write_sid_text(reading.file), with);
+  EXPECT_NE(message(replaced(with, "further shapes = 4", "further shapes = 5")).find("5 numbers are expected"), std::string::npos);
+  EXPECT_NE(message(replaced(with, "mass in common", "mass")).find("'mass in common' is expected"), std::string::npos);
+  EXPECT_NE(message(with.substr(0, with.size() - 40)).find("is expected"), std::string::npos);
+  // A body takes some of them beside its own.
+  FlexibleBody richer = body;
+  add_shapes(some_of(file.further, {2, 0}), richer);
+  EXPECT_EQ(richer.n, 5);
+  EXPECT_TRUE(richer.Ke(3, 3) == file.further.stiffness(2) && richer.Ke.topLeftCorner(3, 3) == body.Ke);
+  EXPECT_TRUE(richer.Me.block(0, 4, 3, 1) == file.further.coupling.col(0) &&
+              richer.nodes[1].phi.col(3) == file.further.motion.block(6, 2, 3, 1));
+  EXPECT_TRUE(richer.nodes[1].phi2[0].rows() == 5 && richer.nodes[1].phi2[0].topLeftCorner(3, 3) == body.nodes[1].phi2[0]);
+}
+
 // Random damage. Either an InputError or a body with finite numbers.
 TEST(Sid, ThousandDamagedCopies) {
   std::mt19937 random(20061004);
   std::vector<std::string> texts;
   for (const fs::path& path : samples()) texts.push_back(text_of(path));
   texts.push_back(write_sid_text(from_flexible_body(random_body(3, true), "random")));
+  SidFile more = from_flexible_body(random_body(3, false), "more");
+  more.further = further_of(random_body(3, false), 4);
+  texts.push_back(write_sid_text(more));
   int refused = 0;
   for (int copy = 0; copy < 1000; ++copy) {
     const std::string text = damaged(texts[copy % texts.size()], random);
@@ -621,11 +662,14 @@ TEST(BodyFile, IsReadAsItWasWritten) {
   for (const int n : {2, 4})
     for (const bool stiffening : {false, true}) {
       BodyFile made{random_body(n, stiffening), "made by a test", two_faces(n), {{"model", "part.inp"}, {"model_sha256", "abc"}}, {}};
+      made.further = further_of(made.body, 3);
       const fs::path path = own.path / "body.h5";
       write_body(made, path);
+      EXPECT_TRUE(read_further_shapes(path) == made.further);
       EXPECT_TRUE(is_body_file(path));
       const BodyFile read = read_body(path, "part");
       expect_same(made.body, read.body);
+      EXPECT_TRUE(read.further == made.further);
       EXPECT_TRUE(made.body.Ke == read.body.Ke && made.body.nodes[1].phi == read.body.nodes[1].phi);
       EXPECT_EQ(made.comment, read.comment);
       EXPECT_EQ(made.origin, read.origin);
