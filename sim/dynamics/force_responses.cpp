@@ -43,10 +43,8 @@ Carried carried(const Model& model, W& work, int cluster) {
     line.setZero();
     project_wrench(model, work, under, {c.base, unit}, true, line);
     for (size_t k = 0; k < split.ind.size(); ++k) out.J(static_cast<Eigen::Index>(k), i) = line[split.ind[k]];
-    for (size_t d = 0; d < split.dep.size(); ++d)
-      out.J.col(i) += E.row(static_cast<Eigen::Index>(d)).transpose() * line[split.dep[d]];
-    out.shift.col(i) =
-        wrench_to_parent(work.parts[c.parent].in_base, typename S::Twist(wrench_to_parent(work.frames[c.base].pose, unit)));
+    for (size_t d = 0; d < split.dep.size(); ++d) out.J.col(i) += E.row(static_cast<Eigen::Index>(d)).transpose() * line[split.dep[d]];
+    out.shift.col(i) = wrench_to_parent(work.parts[c.parent].in_base, typename S::Twist(wrench_to_parent(work.frames[c.base].pose, unit)));
   }
   return out;
 }

@@ -853,7 +853,7 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
       most = std::max(most, error[c]);
     }
     found.columns = VecX::Constant(static_cast<Eigen::Index>(columns_.size()), -1.0);
-    double named = 0.0;  // what the column that is named moves by
+    double named = 0.0;  // what the column that is named moves by, of a vector told as a whole the most
     for (size_t c = 0; c < columns_.size(); ++c) {
       const double most = size[vector_of(c)], known = ranges[static_cast<Eigen::Index>(c)],
                    range = sized(c) ? known : std::max({known, most, known == 0.0 ? deformed[run.units[c]] : 0.0});
@@ -868,10 +868,8 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
                                          : 0.0;
       const double share = error[c] / range + drifted;
       if (columns_[c].row >= 0) found.columns[static_cast<Eigen::Index>(c)] = share;
-      // Of a vector that is told as a whole the component that moves most has the name.
-      const double own = swing[static_cast<Eigen::Index>(c)];
-      if (share < found.share || (share == found.share && (share == 0.0 || own <= named))) continue;
-      found.share = share, named = own;
+      if (share < found.share || (share == found.share && (share == 0.0 || swing[static_cast<Eigen::Index>(c)] <= named))) continue;
+      found.share = share, named = swing[static_cast<Eigen::Index>(c)];
       found.column = run.columns[c];
     }
     const double by_looks = found.share;

@@ -284,7 +284,7 @@ void update_closed_columns(System& system, const std::vector<Direction>& all, Me
     first += ni;
   }
   if (alone || columns.empty()) return;
-  const auto respond = [&](MatX ElasticForces::* of, MatX& to) {
+  const auto respond = [&](MatX ElasticForces::*of, MatX& to) {
     MatX X = MatX::Zero(nw, static_cast<Eigen::Index>(columns.size()));
     Eigen::Index row = 0, column = 0;
     bool any = false;

@@ -446,13 +446,13 @@ TEST(NewtonMatrix, IsTheDerivative) {
   }
 }
 
-// Bodies that hang on flexible ones: what stiffness and damping of each make of all accelerations, at rest, in a plane and in space, through
-// links, loops that are carried, and parts that a motion drives.
+// Bodies that hang on flexible ones: what stiffness and damping of each make of all accelerations, at rest, in a plane and in space,
+// through links, loops that are carried, and parts that a motion drives.
 TEST(NewtonMatrix, OfBodiesThatFlexibleOnesCarry) {
   const std::string damped = "damping = { ratio = 0.1 }", in_plane = damped + "\neffects = [\"bending_xy\", \"axial\"]";
   const std::string all = damped + "\neffects = [\"bending_xy\", \"bending_xz\", \"torsion\", \"axial\"]";
-  const std::string rods = beam("rod", 0.4, 3, in_plane) + joint("pivot", "revolute", "ground", "rod.root") + beam("arm", 0.3, 2, in_plane) +
-                           joint("elbow", "revolute", "rod.tip", "arm.root", "initial = { value = 0.7 }");
+  const std::string rods = beam("rod", 0.4, 3, in_plane) + joint("pivot", "revolute", "ground", "rod.root") +
+                           beam("arm", 0.3, 2, in_plane) + joint("elbow", "revolute", "rod.tip", "arm.root", "initial = { value = 0.7 }");
   const std::string centre = "[0.02, 0.01, 0]";
   const std::string link = flat("one", centre) + joint("wrist", "revolute", "arm.tip", "one", "initial = { value = -0.4 }") +
                            flat("two", centre) + joint("finger", "revolute", "one.b", "two");
