@@ -344,16 +344,16 @@ bool damped_alike(const Scene& scene, const Scene& rich, const std::vector<size_
   return std::all_of(bodies.begin(), bodies.end(), [&](size_t b) { return in_one_frame(scene, b) && in_one_frame(rich, b); });
 }
 
-// Changes the scene's beams by `enrich`; both scenes get plain damping where the models could not have the same otherwise.
+// Changes the scene's beams by `enrich`; both scenes get plain damping where the models could not have the same otherwise, or `plainly`.
 template <class Enrich>
 Comparison compared(const Scene& scene, const std::vector<EffectState>& states, const std::vector<size_t>& bodies,
-                    std::vector<size_t>& changed, const Enrich& enrich, const ModelCheckOptions& options) {
+                    std::vector<size_t>& changed, const Enrich& enrich, const ModelCheckOptions& options, bool plainly = false) {
   Scene rich = scene;
   for (const size_t body : bodies)
     if (std::optional<Scene> next = enrich(rich, body)) rich = std::move(*next), changed.push_back(body);
   std::optional<Scene> plain;
   if (options.no_run_of_it) plain = scene;
-  if (damped_by_modes(scene, changed) && !damped_alike(scene, rich, changed)) {
+  if (damped_by_modes(scene, changed) && (plainly || !damped_alike(scene, rich, changed))) {
     plain = with_plain_damping(scene, changed, states);
     for (const size_t body : changed)
       std::get<BeamDef>(rich.bodies[body].kind).damping = std::get<BeamDef>(plain->bodies[body].kind).damping;
@@ -367,9 +367,18 @@ void check_forms(const Scene& scene, const std::vector<EffectState>& states, con
   for (size_t b = 0; b < scene.bodies.size(); ++b)
     if (const auto* beam = std::get_if<BeamDef>(&scene.bodies[b].kind); beam && has_forms_of_ends(*beam)) bodies.push_back(b);
   if (bodies.empty()) return;
-  Comparison comparison = compared(
-      scene, states, bodies, changed, [&](const Scene& s, size_t b) { return with_elements(s, states, b); }, options);
-  const std::optional<Found> found = changed.empty() ? std::nullopt : comparison.measure(base);
+  const double until = work_seconds() + options.budget;
+  const auto measured = [&](bool plainly) {
+    ModelCheckOptions left = options;
+    left.budget = std::max(0.0, until - work_seconds());
+    changed.clear();
+    Comparison comparison = compared(
+        scene, states, bodies, changed, [&](const Scene& s, size_t b) { return with_elements(s, states, b); }, left, plainly);
+    return changed.empty() ? std::nullopt : comparison.measure(base);
+  };
+  std::optional<Found> found = measured(false);
+  // A time constant takes the elements' fast vibrations away, which cost much and may hide the rest.
+  if (!found && damped_by_modes(scene, bodies)) found = measured(true);
   for (const size_t b : bodies) {
     const BodyDef& body = scene.bodies[b];
     const Boundary boundary = std::get<BeamDef>(body.kind).boundary;

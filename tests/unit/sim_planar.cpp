@@ -1,5 +1,7 @@
 // The planar equations of motion and the structured Newton matrix against the equations in space, state by state.
+#include "sim/dynamics/force_responses.h"
 #include "sim/dynamics/kinematics.h"
+#include "sim/dynamics/reduced_mass.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/start/make_system.h"
 #include "sim/time/newton_matrix.h"
@@ -462,30 +464,60 @@ TEST(NewtonMatrix, OfBodiesThatFlexibleOnesCarry) {
                            joint("c", "revolute", "base.b", "rocker", "initial = { value = 1.0 }") +
                            joint("d", "revolute", "rocker.b", "coupler.tip");
   const std::string driven = beam("hand", 0.2, 2, in_plane) + joint("turns", "revolute", "arm.tip", "hand.root", "motion = \"0.3\"");
-  const std::string space = beam("mast", 0.5, 2, all) + joint("foot", "weld", "ground", "mast.root") + beam("boom", 0.4, 2, all) +
+  const std::string space = beam("mast", 0.5, 3, all) + joint("foot", "weld", "ground", "mast.root") + beam("boom", 0.4, 3, all) +
                             joint("slew", "revolute", "mast.tip", "boom.root", "axis = [0, 1, 0]\nrotation = [0, 0, 1]") + block("load") +
                             joint("rope", "spherical", "boom.tip", "load");
   for (const std::string& text : {rods, rods + link, rods + loop, rods + driven, space}) {
     System system = system_of(simulation("[0, 0, 0]") + text);
     EXPECT_EQ(system.plane == nullptr, text == space);
     const VecX y = pack_state(system, Eigen::Vector2d::Zero());
+    VecX rate(y.size());
+    state_rate(system, 0.0, y.data(), rate.data());
+    // Forces of the elastic coordinates' stiffness, of which every one is an independent rate.
+    const Model& model = system.model;
+    const int nq = model.nq;
+    std::vector<std::pair<int, int>> elastic;  // part, coordinate; -1: a joint's rate
+    for (size_t c = 0; c < model.clusters.size(); ++c)
+      for (const int k : system.work.clusters[c].partition.ind) {
+        const int v = model.clusters[c].v0 + k;
+        elastic.emplace_back(-1, 0);
+        for (int i : model.clusters[c].parts)
+          if (const Part& p = model.parts[i]; v >= p.ev0 && v < p.ev0 + p.body.n) elastic.back() = {i, v - p.ev0};
+      }
+    const Eigen::Index nw = std::ssize(elastic);
+    MatX X = MatX::Zero(nw, nw);
+    for (Eigen::Index r = 0; r < nw; ++r)
+      for (Eigen::Index c = 0; c < nw; ++c)
+        if (const auto& a = elastic[r], &b = elastic[c]; a.first >= 0 && a.first == b.first)
+          X(r, c) = -model.parts[a.first].body.Ke(a.second, b.second);
+    if (system.plane) {
+      PlaneWork work(system.work, *system.plane);
+      complete_mass_matrices(model, work);
+      force_responses(model, work, X);
+    } else {
+      complete_mass_matrices(model, system.work);
+      force_responses(model, system.work, X);
+    }
     system.weights.begin(system, Method::dirk, y);
     MechanicalJacobian j;
     update_newton_matrix(system, 0.0, y.data(), nullptr, {}, j);
-    const int nq = system.model.nq, nw = static_cast<int>(j.A.rows());
     const MatX T = j.T.dense();
-    VecX rate(y.size());
-    state_rate(system, 0.0, y.data(), rate.data());
-    MechanicalJacobian closed;
-    update_closed_matrix(system, y.data(), closed);
-    Eigen::Index elastic = 0;
-    for (const Part& p : system.model.parts) elastic += p.body.n;
-    EXPECT_EQ((closed.A.colwise().squaredNorm().array() > 0.0).count(), elastic);
-    for (int k = 0; k < nw; ++k) {
+    ASSERT_EQ(j.A.rows(), nw);
+    int seen = 0;
+    for (Eigen::Index k = 0; k < nw; ++k) {
       const VecX column = slope_along(system, y, 0, T.col(k), 1e-6), faster = slope_along(system, y, nq + k, VecX::Ones(1), 1e-4);
       EXPECT_LE((column - j.A.col(k)).cwiseAbs().maxCoeff(), 1e-6 * j.A.cwiseAbs().maxCoeff()) << k << text;
       EXPECT_LE((faster - j.B.col(k)).cwiseAbs().maxCoeff(), 1e-6 * j.B.cwiseAbs().maxCoeff()) << k << text;
+      if (elastic[k].first < 0) continue;
+      EXPECT_LE((column - X.col(k)).cwiseAbs().maxCoeff(), 1e-6 * X.cwiseAbs().maxCoeff()) << k << text;
+      ++seen;
     }
+    EXPECT_GE(seen, 8);
+    if (text != space) continue;
+    // In space the matrix itself goes by them.
+    state_rate(system, 0.0, y.data(), rate.data());
+    update_closed_matrix(system, y.data(), j);
+    EXPECT_EQ((j.A.colwise().squaredNorm().array() > 0.0).count(), seen);
   }
 }
 
