@@ -39,7 +39,9 @@ int run(const char* model_file, const char* picture_file) {
   request.interfaces = {"root=average:ROOT", "tip=average:TIP"};
   request.options.modes = 6;
   const auto [model, reduction] = sim::reduce(request);
-  sim::write_sid(sim::from_flexible_body(reduction.body, "made by part.cpp"), "part.sid");
+  sim::SidFile file = sim::from_flexible_body(reduction.body, "made by part.cpp");
+  file.further = reduction.further;  // by which runs tell what the modes leave out
+  sim::write_sid(file, "part.sid");
   std::ofstream("part.obj") << sim::surface_obj(model);
 
   const sim::Scene scene = sim::parse_scene(scene_text, "part.toml");

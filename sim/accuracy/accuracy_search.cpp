@@ -117,10 +117,7 @@ Search::Search(const Scene& scene, const SimulateOptions& options) : scene_(scen
   method = options.method;
   touches = has_events(system);
   smooth = !touches && all_have_inertia(system.model) && system.model.blocks.empty();
-  // Of spatial bodies that carry each other the matrix is cheap, evaluations of all their coordinates are not.
-  const bool alone =
-      std::all_of(system.model.clusters.begin(), system.model.clusters.end(), [](const Cluster& c) { return c.parent == ground; });
-  cheap_ = system.plane || (alone && matrix_is_cheap(system));
+  cheap_ = system.plane || matrix_is_cheap(system);
   bodies_ = resolvable_bodies(scene_, system.model);
   reads_forces = std::any_of(scene_.outputs.begin(), scene_.outputs.end(), [](const OutputDef& o) { return is_force(o.quantity); });
   for (const Part& p : system.model.parts) elastic = elastic || p.body.n > 0;

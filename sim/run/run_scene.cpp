@@ -473,7 +473,8 @@ std::optional<Unjudged> repeated(const Results& first, const SimulateOptions& op
   const double steps = 2.0 * growth * static_cast<double>(before.steps) + 1000.0;
   tight.max_steps = std::min(steps, steps_allowed(called.scene, options));
   const double work = 0.5 + std::max(2e-6 * price_at(first, tolerance), growth * before.work);
-  tight.progress = give_up_when_late(work, called.scene.simulation.duration, options.progress);
+  // Not by its pace: what dies away, or another method, makes the rest of it faster.
+  tight.progress = give_up_after(work, options.progress);
   try {
     Unjudged again = simulate_as_called(tight, called);
     again.options.progress = options.progress;

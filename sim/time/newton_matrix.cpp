@@ -364,7 +364,7 @@ bool few_joints(const std::vector<Direction>& all) { return joint_count(all) <= 
 }  // namespace
 
 bool matrix_is_cheap(const System& system) {
-  return closed_form(system) && !closed_by_deformation(system) && few_joints(directions(system));
+  return closed_form(system) && all_on_ground(system.model) && !closed_by_deformation(system) && few_joints(directions(system));
 }
 
 void update_newton_matrix(System& system, double t, const double* y, const double* rates, const Renewal& renewal, MechanicalJacobian& out) {
@@ -388,7 +388,7 @@ void update_newton_matrix(System& system, double t, const double* y, const doubl
   if (known && !how.A_only) complete_mass_matrices(system);
   update_directions(system, y, all, out);
   // What turns without inertia has one lent to it in the factors alone.
-  if (cheap && all_on_ground(system.model) && joint_count(all) < nw && !system.work.idle) {
+  if (cheap && joint_count(all) < nw && !system.work.idle) {
     update_pieces(system, all, out);
   } else {
     out.pieces.clear();
