@@ -444,15 +444,10 @@ class Reducer {
     body.md0 = rigid.md;
     body.J0 = rigid.J;
     judge_inertia(rigid);
-    const LinearMass linear = linear_mass(model, system, U);
+    const LinearMass linear = linear_mass_of(U);
     body.md1 = linear.md;
     body.J1 = linear.J;
     body.Cr0 = linear.Cr;
-    if (solver->rigid() == 6) {
-      // Orthogonal to all rigid motions by construction; what is left is rounding.
-      body.md1.setZero();
-      body.Cr0.setZero();
-    }
     QuadraticMass quadratic = quadratic_mass(model, system, U);
     body.md2 = std::move(quadratic.md2);
     body.J2 = std::move(quadratic.J2);
@@ -481,6 +476,13 @@ class Reducer {
     if (options.surface) add_surface(U);
   }
 
+  LinearMass linear_mass_of(const MatX& U) {
+    LinearMass out = linear_mass(model, system, U);
+    // Of a free body shapes are orthogonal to all rigid motions by construction; what is left is rounding.
+    if (solver->rigid() == 6) out.md.setZero(), out.Cr.setZero();
+    return out;
+  }
+
   // What the coordinates leave out, for scenes to judge by. Eigenmodes are the model's, and what they lack is told of the interfaces.
   void add_further_shapes() {
     if (method == ReduceMethod::eigenmodes || static_fields.cols() == 0) return;
@@ -490,14 +492,10 @@ class Reducer {
     FurtherShapes& further = out.further;
     further.stiffness = found.shapes.eigenvalues;
     further.coupling = found.coupling;
-    const LinearMass linear = linear_mass(model, system, U);
+    const LinearMass linear = linear_mass_of(U);
     further.md = linear.md;
     further.J = linear.J;
     further.Cr = linear.Cr;
-    if (solver->rigid() == 6) {
-      further.md.setZero();
-      further.Cr.setZero();
-    }
     further.motion.resize(6 * std::ssize(attachments), U.cols());
     for (size_t i = 0; i < attachments.size(); ++i)
       further.motion.middleRows(6 * static_cast<Eigen::Index>(i), 6) = attachments[i].motion * U;
