@@ -5,6 +5,7 @@
 #include "render/cli/compare_parts.h"
 #include "render/cli/compare_results.h"
 #include "render/cli/engine.h"
+#include "render/cli/overwrite.h"
 #include "render/cli/terminal.h"
 #include "render/cli/version.h"
 #include "render/image/compare_page.h"
@@ -251,6 +252,7 @@ int run_comparison(const Options& o) {
     throw UsageError("--pixels is for two results files; pictures are judged by --levels, --percent, --cluster and --mean");
   if (o.reason.find_first_not_of(" \t\n") == std::string::npos && !o.reason.empty())
     throw UsageError("--update needs a reason, for example \"new colours\"");
+  require_not_read({o.report, o.junit, o.markdown}, {o.baseline, o.candidate, o.mask});
   if (o.engine.elsewhere()) return hand_over_comparison(o);
   render::CompareRequest request = make_request(o);
   std::tie(request.shard, request.shards) = shard_of(o.shard);

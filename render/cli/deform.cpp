@@ -1,6 +1,7 @@
 // flexframe deform: nodes of any program move a mesh of any origin.
 #include "render/cli/commands.h"
 #include "render/cli/json_text.h"
+#include "render/cli/overwrite.h"
 #include "render/cli/terminal.h"
 
 #include "render/film/deform.h"
@@ -35,6 +36,7 @@ int run(const DeformWords& words) {
   options.scheme = interp::scheme_from_name(words.scheme);
   options.scale = parse_scale(words.scale);
   options.corotated = words.corotated;
+  require_not_read({words.output}, {words.nodes, words.mesh});
   const film::DeformReport report = film::deform(words.nodes, words.mesh, words.output, options);
   for (const std::string& warning : report.warnings) fmt::print(stderr, "warning: {}\n", warning);
   if (words.json) {

@@ -2,6 +2,7 @@
 
 #include "render/cli/jobs.h"
 #include "render/cli/json_text.h"
+#include "render/cli/overwrite.h"
 #include "render/cli/page.h"
 #include "render/cli/results_job.h"
 #include "render/cli/terminal.h"
@@ -150,7 +151,8 @@ Pictures a second and speed are those of the scene's [render] table.)");
                   fmt::format("-o {}: a video's name must end in {}", sim::quote(out.string()), sim::list_words(film::video_endings())));
             const ResultsJob job = read_results_job(words->results, words->scene, words->render);
             const fs::path folder = words->to == "vtk" ? out : fs::absolute(out).parent_path();
-            require_writable(folder);
+            if (words->to == "vtk") require_writable(folder);
+            else require_writable_file(out), require_not_read({out});
             make_folder(folder);
             Told told{job.results.statistics.notes.texts(sim::Severity::warning), job.notes};
             nlohmann::ordered_json json = {{"format", words->to}, {"out", out.string()}};

@@ -3,6 +3,7 @@
 #include "render/cli/guarded.h"
 #include "render/cli/jobs.h"
 #include "render/cli/json_text.h"
+#include "render/cli/overwrite.h"
 #include "render/cli/terminal.h"
 
 #include "render/import/import.h"
@@ -125,12 +126,11 @@ Layouts, units and conventions of each, and the mapping file: render/import/READ
             const imports::Request request = request_of(*words);
             const fs::path out =
                 words->out.empty() ? fs::path(words->files.front()).filename().replace_extension(".h5") : fs::path(words->out);
-            for (const fs::path& file : request.files)
-              if (fs::weakly_canonical(file) == fs::weakly_canonical(out))
-                throw UsageError(fmt::format("-o {} is the file that is read: give another name", out.string()));
-            require_writable(fs::absolute(out).parent_path());
+            require_not_read({out}, request.files);
+            require_writable_file(out);
             return guarded(request.files, [&] {
               const imports::Imported imported = imports::import_files(request);
+              require_not_read({out});  // meshes and what else these files name
               make_folder(fs::absolute(out).parent_path());
               sim::write_results(imported.results, out);
               if (words->json) fmt::print("{}\n", json_text(to_json(imported, out.string())));

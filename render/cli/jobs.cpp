@@ -406,6 +406,12 @@ void require_writable(const fs::path& path) {
   if (!writable) throw std::runtime_error(fmt::format("{}: cannot write there: {}", path.string(), std::strerror(why)));
 }
 
+void require_writable_file(const fs::path& file) {
+  const sim::OutputFile output = sim::output_file(file);
+  if (output.descriptor == STDOUT_FILENO) silence_stdout();
+  if (!output.stream) require_writable(fs::absolute(output.path).parent_path());
+}
+
 void make_folder(const fs::path& path) {
   std::error_code error;
   fs::create_directories(path, error);

@@ -96,6 +96,8 @@ DrawingReport run_drawing(const sim::Results& results, const film::RenderSetting
 
 // Fails now rather than after a long simulation: whether files could be made at `path` (a folder that may not exist yet).
 void require_writable(const std::filesystem::path& path);
+// The same for a file, which may be a stream. What else is said on stdout is not mixed with a file that goes there (/dev/stdout).
+void require_writable_file(const std::filesystem::path& file);
 void make_folder(const std::filesystem::path& path);
 
 // On stderr, whatever is said besides.

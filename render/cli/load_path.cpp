@@ -2,6 +2,7 @@
 #include "render/cli/commands.h"
 #include "render/cli/jobs.h"
 #include "render/cli/json_text.h"
+#include "render/cli/overwrite.h"
 
 #include "render/film/diagram.h"
 #include "sim/base/file_output.h"
@@ -84,9 +85,10 @@ void report(const LoadPathWords& w, const sim::LoadPath& path, const fs::path& c
 int follow(const LoadPathWords& w) {
   if (w.path.from == w.path.to) throw UsageError(fmt::format("--from and --to are both {}; give a range of loads", w.path.to));
   const Job job = read_job(w.scene, w.settings);
-  const sim::LoadPath path = sim::load_path(job.scene, w.path);
   const fs::path csv = w.out.empty() ? fs::path(fs::path(w.scene).stem().string() + "-load-path.csv") : fs::path(w.out);
   const fs::path svg = fs::path(csv).replace_extension(".svg");
+  require_not_read({csv, svg});
+  const sim::LoadPath path = sim::load_path(job.scene, w.path);
   make_folder(fs::absolute(csv).parent_path());
   sim::write_whole_file(csv, path_csv(path));
   sim::write_whole_file(svg, film::diagram_svg(path_diagram(path, w.path.force)));

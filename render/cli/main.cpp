@@ -6,6 +6,7 @@
 
 #include "render/draw/renderer.h"
 #include "sim/base/error.h"
+#include "sim/base/files_read.h"
 
 #include <fmt/format.h>
 
@@ -35,6 +36,7 @@ int run_program(int argc, char** argv) {
       cli::add_sweep(program),   cli::add_collect(program),  cli::add_import(program),
   };
   if (!program.parse(argc, argv)) return 0;
+  const sim::FilesRead read(sim::FilesRead::Keep::paths);  // for require_not_read
   for (const cli::Command& command : commands) {
     if (!command.words.given()) continue;
     const bool asked =

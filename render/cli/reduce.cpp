@@ -1,4 +1,5 @@
 // flexframe reduce: a finite element model becomes a flexible body (SID or HDF5) with its surface mesh and a report.
+#include "render/cli/overwrite.h"
 #include "render/cli/reduce.h"
 
 #include "render/cli/cache.h"
@@ -211,6 +212,7 @@ int run(ReduceWords& w) {
     if (!w.silent && verbosity() != Verbosity::quiet) fmt::print(stderr, "{}\n", text);
   };
   for (const std::filesystem::path& folder : folders_of(w)) require_writable(folder);
+  require_not_read({w.output, mesh_of(w), report_of(w)}, {w.model, w.mass, w.node_table, w.dofs});
   const KeptWork work(w.silent ? std::filesystem::path() : cache_folder(w.cache), "body", question_text(w));
   std::optional<KeptTexts> made = w.fresh ? std::nullopt : work.read();
   const bool found = made.has_value();
@@ -220,6 +222,7 @@ int run(ReduceWords& w) {
   nlohmann::json j = nlohmann::json::parse(texts["json"]);
   for (const std::string& n : j["warnings"].get<std::vector<std::string>>()) fmt::print(stderr, "warning: {}\n", n);
   for (const std::string& n : j["notes"].get<std::vector<std::string>>()) progress("note: " + n);
+  require_not_read({w.output, mesh_of(w), report_of(w)});  // what the model includes
   for (const std::filesystem::path& folder : folders_of(w)) make_folder(folder);
   sim::write_whole_file(w.output, texts["body"]);
   if (texts["obj"].find("\nf ") != std::string::npos) sim::write_whole_file(mesh_of(w), texts["obj"]);

@@ -2,6 +2,7 @@
 #include "render/cli/commands.h"
 #include "render/cli/jobs.h"
 #include "render/cli/json_text.h"
+#include "render/cli/overwrite.h"
 
 #include "render/film/diagram.h"
 #include "sim/base/file_output.h"
@@ -111,12 +112,13 @@ void tell_of_undamped(const sim::Linearisation& linear, const sim::VecX& frequen
 
 int respond(const ResponseWords& w) {
   const Job job = read_job(w.scene, w.settings);
+  const fs::path csv = w.out.empty() ? fs::path(fs::path(w.scene).stem().string() + "-response.csv") : fs::path(w.out);
+  const fs::path svg = fs::path(csv).replace_extension(".svg");
+  require_not_read({csv, svg});
   const sim::System system = sim::make_system(job.scene);
   const sim::FrequencyResponse first = sim::frequency_response(system, w.force, sim::VecX::Ones(1));
   const sim::VecX frequencies = frequencies_of(w, first.modes);
   const sim::FrequencyResponse r = sim::frequency_response(system, w.force, frequencies);
-  const fs::path csv = w.out.empty() ? fs::path(fs::path(w.scene).stem().string() + "-response.csv") : fs::path(w.out);
-  const fs::path svg = fs::path(csv).replace_extension(".svg");
   make_folder(fs::absolute(csv).parent_path());
   sim::write_whole_file(csv, response_csv(r, frequencies));
   sim::write_whole_file(svg, film::diagram_svg(response_diagram(r, frequencies, w.force)));

@@ -3,6 +3,7 @@
 #include "render/cli/engine.h"
 #include "render/cli/jobs.h"
 #include "render/cli/json_text.h"
+#include "render/cli/overwrite.h"
 #include "render/cli/page.h"
 #include "render/cli/terminal.h"
 
@@ -95,6 +96,8 @@ Command add_run(Program& program) {
         const std::string name = fs::path(words->scene).stem().string();
         const fs::path out = words->out.empty() ? fs::path(name) : fs::path(words->out);
         require_writable(out);
+        const fs::path csv = words->csv.empty() ? out / "histories.csv" : fs::path(words->csv);
+        require_not_read({out / "results.h5", csv});
         if (words->engine.elsewhere()) {
           if (words->html) throw UsageError("--html does not go with --engine: flexframe export RESULTS --to html makes the page");
           return hand_over_run(words->scene, out, words->csv, words->render, words->engine);
@@ -106,7 +109,6 @@ Command add_run(Program& program) {
         const sim::Results results = run_simulation(job, words->simulation, memory ? &*memory : nullptr);
         make_folder(out);
         sim::write_results(results, out / "results.h5");
-        const fs::path csv = words->csv.empty() ? out / "histories.csv" : fs::path(words->csv);
         sim::write_histories_csv(results, csv);
         // A component that an output does not have is known only now: what was simulated stays.
         film::check_render_settings(job.settings, results, words->scene);

@@ -2,6 +2,7 @@
 #include "render/cli/commands.h"
 #include "render/cli/jobs.h"
 #include "render/cli/json_text.h"
+#include "render/cli/overwrite.h"
 
 #include "sim/results/csv.h"
 #include "sim/results/results_file.h"
@@ -36,13 +37,13 @@ Command add_simulate(Program& program) {
             if (words->out.empty() && words->csv.empty()) throw UsageError("simulate needs -o RESULTS.h5 or --csv HISTORIES.csv");
             const Job job = read_job(words->scene, words->settings);
             for (const std::string& file : {words->out, words->csv})
-              if (!file.empty()) require_writable(fs::absolute(file).parent_path());
+              if (!file.empty()) require_writable_file(file);
             const bool asked = asks_accuracy(job.scene, words->simulation);
             const fs::path beside = words->out.empty() ? words->csv : words->out;
+            const fs::path kept = asked ? beside.parent_path() / (beside.stem().string() + ".settings.toml") : fs::path();
             std::optional<sim::SettingsMemory> memory;
-            if (asked)
-              memory = settings_memory(words->scene, words->settings, words->simulation,
-                                       beside.parent_path() / (beside.stem().string() + ".settings.toml"));
+            if (asked) memory = settings_memory(words->scene, words->settings, words->simulation, kept);
+            require_not_read({words->out, words->csv, kept});
             const sim::Results results = run_simulation(job, words->simulation, memory ? &*memory : nullptr);
             for (const std::string& file : {words->out, words->csv})
               if (!file.empty()) make_folder(fs::absolute(file).parent_path());

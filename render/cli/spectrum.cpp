@@ -2,6 +2,7 @@
 #include "render/cli/commands.h"
 #include "render/cli/jobs.h"
 #include "render/cli/json_text.h"
+#include "render/cli/overwrite.h"
 
 #include "render/film/diagram.h"
 #include "sim/base/file_output.h"
@@ -193,6 +194,7 @@ int write_spectrum(const SpectrumWords& w) {
   const std::string axis = w.order.empty() ? "frequency" : "order";
   const fs::path csv = w.out.empty() ? fs::path(fs::path(w.results).stem().string() + "-spectrum.csv") : fs::path(w.out);
   const fs::path svg = fs::path(csv).replace_extension(".svg");
+  require_not_read({csv, svg});
   make_folder(fs::absolute(csv).parent_path());
   sim::write_whole_file(csv, spectrum_csv(w, spectra, axis));
   sim::write_whole_file(svg, film::diagram_svg(spectrum_diagram(w, spectra)));

@@ -1,12 +1,14 @@
 #include "sim/base/file_output.h"
 
 #include "sim/base/error.h"
+#include "sim/base/files_read.h"
 
 #include <array>
 #include <cerrno>
 #include <charconv>
 #include <csignal>
 #include <cstdint>
+#include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <vector>
@@ -88,6 +90,16 @@ class Sha256 {
   std::uint64_t length_ = 0;
 };
 
+// 0, or the errno of the failure.
+int write_all(int file, std::string_view content) {
+  while (!content.empty()) {
+    const ssize_t written = ::write(file, content.data(), content.size());
+    if (written >= 0) content.remove_prefix(static_cast<std::size_t>(written));
+    else if (errno != EINTR) return errno;
+  }
+  return 0;
+}
+
 // Temporary files of processes of this machine that were killed: "STEM4711" where no process 4711 lives.
 void remove_left_over(const std::filesystem::path& folder, const std::string& stem) {
   std::error_code error;
@@ -105,10 +117,47 @@ void remove_left_over(const std::filesystem::path& folder, const std::string& st
 
 }  // namespace
 
-PendingFile::PendingFile(std::filesystem::path final_path) : final_(std::move(final_path)) {
+OutputFile output_file(const std::filesystem::path& name) {
+  namespace fs = std::filesystem;
   std::error_code error;
+  OutputFile out{name};
+  const fs::path open_files = fmt::format("/proc/{}/fd", ::getpid());
+  constexpr int longest = 40;  // links one after the other, as Linux follows
+  for (int links = 0; links <= longest; ++links) {
+    const fs::path folder = fs::canonical(out.path.has_parent_path() ? out.path.parent_path() : fs::path("."), error);
+    if (!error && folder == open_files) {
+      const std::string number = out.path.filename().string();
+      std::from_chars(number.data(), number.data() + number.size(), out.descriptor);
+      out.stream = true;
+      return out;
+    }
+    if (!fs::is_symlink(out.path, error)) break;
+    out.path = out.path.parent_path() / fs::read_symlink(out.path, error);
+  }
+  const fs::file_type type = fs::status(out.path, error).type();
+  out.stream = type == fs::file_type::character || type == fs::file_type::fifo || type == fs::file_type::socket ||
+               type == fs::file_type::block;
+  return out;
+}
+
+int write_to_stream(const OutputFile& output, std::string_view content) {
+  // Opened anew, a file that stdout goes to would be written from its beginning.
+  std::fflush(nullptr);
+  const int file = output.descriptor >= 0 ? ::dup(output.descriptor) : ::open(output.path.c_str(), O_WRONLY | O_CLOEXEC);
+  if (file < 0) return errno;
+  int reason = write_all(file, content);
+  if (::close(file) != 0 && reason == 0) reason = errno;
+  return reason;
+}
+
+PendingFile::PendingFile(std::filesystem::path final_path) {
+  std::error_code error;
+  output_ = output_file(final_path);
+  final_ = output_.path;
   if (final_.filename().empty() || std::filesystem::is_directory(final_, error)) fail(final_, "it is a directory; a file name is expected");
-  const std::filesystem::path folder = final_.has_parent_path() ? final_.parent_path() : std::filesystem::path(".");
+  const std::filesystem::path folder = output_.stream            ? std::filesystem::temp_directory_path(error)
+                                       : final_.has_parent_path() ? final_.parent_path()
+                                                                  : std::filesystem::path(".");
   if (!std::filesystem::is_directory(folder, error)) fail(final_, fmt::format("the folder {} does not exist", folder.string()));
   char host[256] = {};
   ::gethostname(host, sizeof host - 1);
@@ -128,6 +177,11 @@ PendingFile::~PendingFile() {
 }
 
 void PendingFile::commit() {
+  if (output_.stream) {
+    std::ifstream in(temporary_, std::ios::binary);
+    if (const int reason = write_to_stream(output_, read_rest(in, temporary_))) fail(final_, std::strerror(reason));
+    return;
+  }
   // a rename may reach the disk before the content does
   const int file = ::open(temporary_.c_str(), O_RDONLY | O_CLOEXEC);
   if (file < 0) fail(final_, std::strerror(errno));
@@ -142,15 +196,14 @@ void PendingFile::commit() {
 }
 
 void write_whole_file(const std::filesystem::path& path, std::string_view content) {
+  if (const OutputFile output = output_file(path); output.stream) {
+    if (const int reason = write_to_stream(output, content)) fail(path, std::strerror(reason));
+    return;
+  }
   PendingFile pending(path);
   const int file = ::open(pending.path().c_str(), O_WRONLY | O_NOFOLLOW | O_CLOEXEC);
   if (file < 0) fail(path, std::strerror(errno));
-  int reason = 0;
-  while (!content.empty() && reason == 0) {
-    const ssize_t written = ::write(file, content.data(), content.size());
-    if (written >= 0) content.remove_prefix(written);
-    else if (errno != EINTR) reason = errno;
-  }
+  int reason = write_all(file, content);
   if (::close(file) != 0 && reason == 0) reason = errno;
   if (reason != 0) fail(path, std::strerror(reason));
   pending.commit();

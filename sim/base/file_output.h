@@ -7,21 +7,34 @@
 
 namespace flexframe::sim {
 
+// What a name stands for where files are written: the file that a link leads to, not the link.
+struct OutputFile {
+  std::filesystem::path path;
+  bool stream = false;  // a pipe, a device or an open file of this process (/dev/stdout): written to, never replaced
+  int descriptor = -1;  // of the open file
+};
+OutputFile output_file(const std::filesystem::path& name);
+
+// Adds to what a stream was given. 0, or the errno of the failure.
+int write_to_stream(const OutputFile& output, std::string_view content);
+
 // A file in the making, beside its final name; removed unless committed.
 class PendingFile {
  public:
-  // Makes it, empty and by nobody else's hand. Throws FileError when the folder is missing or refuses, or the name is a directory.
+  // Makes it, empty and by nobody else's hand. Throws FileError when the folder is missing or refuses, or the name is a directory. That of
+  // a stream lies among the system's temporary files.
   explicit PendingFile(std::filesystem::path final_path);
   ~PendingFile();
   PendingFile(const PendingFile&) = delete;
   PendingFile& operator=(const PendingFile&) = delete;
 
   const std::filesystem::path& path() const { return temporary_; }
-  // Flushes to the disk and renames. Throws FileError.
+  // Flushes to the disk and renames; copies what is for a stream. Throws FileError.
   void commit();
 
  private:
   std::filesystem::path final_, temporary_;
+  OutputFile output_;
   bool committed_ = false;
 };
 

@@ -17,17 +17,26 @@ thread_local FilesRead* innermost = nullptr;
 
 }  // namespace
 
-FilesRead::FilesRead() : outer_(innermost) { innermost = this; }
+FilesRead::FilesRead(Keep keep) : keep_(keep), outer_(innermost) { innermost = this; }
 FilesRead::~FilesRead() { innermost = outer_; }
+
+const FilesRead* FilesRead::outermost() {
+  const FilesRead* out = innermost;
+  while (out && out->outer_) out = out->outer_;
+  return out;
+}
 
 void note_file_read(const std::filesystem::path& path) {
   if (!innermost) return;
   std::error_code error;
   const std::filesystem::path whole = std::filesystem::absolute(path, error);
-  const std::string hash = std::filesystem::is_regular_file(whole, error) ? sha256_of_file(whole) : "";
+  std::string hash;
   for (FilesRead* each = innermost; each; each = each->outer_) {
     const bool there = std::any_of(each->files_.begin(), each->files_.end(), [&](const FilesRead::File& f) { return f.path == whole; });
-    if (!there) each->files_.push_back({whole, hash});
+    if (there) continue;
+    const bool hashed = each->keep_ == FilesRead::Keep::contents;
+    if (hashed && hash.empty() && std::filesystem::is_regular_file(whole, error)) hash = sha256_of_file(whole);
+    each->files_.push_back({whole, hashed ? hash : ""});
   }
 }
 

@@ -11,19 +11,23 @@ namespace flexframe::sim {
 // While it lives, files that the readers of this thread open and name by note_file_read() are kept, each once, in their order.
 class FilesRead {
  public:
-  FilesRead();
+  enum class Keep { paths, contents };
+  explicit FilesRead(Keep keep = Keep::contents);
   ~FilesRead();
   FilesRead(const FilesRead&) = delete;
   FilesRead& operator=(const FilesRead&) = delete;
   struct File {
     std::filesystem::path path;  // absolute
-    std::string sha256;          // when it was opened; empty: it cannot be read twice
+    std::string sha256;          // when it was opened; empty: it cannot be read twice, or paths only are kept
   };
   const std::vector<File>& files() const { return files_; }
+  // The one that has lived longest, of this thread. nullptr: none lives.
+  static const FilesRead* outermost();
 
  private:
   friend void note_file_read(const std::filesystem::path& path);
   std::vector<File> files_;
+  Keep keep_;
   FilesRead* outer_;
 };
 

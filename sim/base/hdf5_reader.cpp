@@ -45,6 +45,7 @@ Id Reader::open_file() const {
   if (status.type() == std::filesystem::file_type::not_found) throw InputError(fmt::format("{}: no such file", name_));
   if (std::filesystem::is_directory(status)) throw InputError(fmt::format("{}: is a directory; {} is expected", name_, kind_));
   if (!std::filesystem::is_regular_file(status)) throw InputError(fmt::format("{}: cannot be read: it is no regular file", name_));
+  note_file_read(name_);
   std::ifstream bytes(name_, std::ios::binary);
   if (!bytes) throw InputError(fmt::format("{}: cannot be read: {}", name_, std::strerror(errno)));
   char start[9] = {};

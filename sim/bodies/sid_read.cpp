@@ -807,6 +807,7 @@ SidReading read_sid(const std::filesystem::path& path) {
   if (std::filesystem::is_directory(path, error)) throw InputError(fmt::format("{}: is a folder, a SID file is expected", path.string()));
   std::ifstream in(path, std::ios::binary);
   if (!in) throw InputError(fmt::format("{}: cannot be opened", path.string()));
+  note_file_read(path);
   return read_sid_text(read_rest(in, path), path.string());
 }
 

@@ -23,12 +23,12 @@ double share_of_difference(const std::string& unit, const std::string& method) {
   return of_forces(unit) ? 0.5 : error_of_difference;
 }
 
-// The largest of what an output of places, angles or their rates is made of: columns of its unit, the mechanism and its speed. 0: of
-// others.
+// The largest of what an output of places, angles, their rates or energies is made of: columns of its unit, the mechanism and its speed.
+// 0: of others.
 double made_of(const std::string& unit, const Histories& run) {
   const double length = run.scales.length > 0.0 ? run.scales.length : 1.0;
   const std::map<std::string, double> scales = {
-      {"m", run.scales.length}, {"rad", 1.0}, {"m/s", run.scales.speed}, {"rad/s", run.scales.speed / length}};
+      {"m", run.scales.length}, {"rad", 1.0}, {"m/s", run.scales.speed}, {"rad/s", run.scales.speed / length}, {"J", 0.0}};
   const auto scale = scales.find(unit);
   if (scale == scales.end()) return 0.0;
   double out = scale->second;

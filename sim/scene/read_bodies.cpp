@@ -1,4 +1,5 @@
 // [[body]] tables: rigid bodies, beams, modal bodies (SID files) and state-space bodies.
+#include "sim/base/files_read.h"
 #include "sim/base/spatial.h"
 #include "sim/base/words.h"
 #include "sim/scene/curve.h"
@@ -421,6 +422,7 @@ void read_node_axes(const TableReader& body, std::map<std::string, Mat3>& axes) 
 ModalDef read_modal(const TableReader& reader, const std::filesystem::path& folder, std::map<std::string, Mat3>& axes) {
   ModalDef modal;
   modal.file = read_file_path(reader, "file", folder);
+  note_file_read(modal.file);  // it will be, when the model is made
   read_node_axes(reader, axes);
   modal.effects = read_effects(reader);
   modal.damping = read_damping(reader);

@@ -1,5 +1,6 @@
 #include "sim/scene/toml_input.h"
 
+#include "sim/base/files_read.h"
 #include "sim/base/words.h"
 #include "sim/scene/parameters.h"
 
@@ -145,6 +146,7 @@ std::string read_text_file(const std::filesystem::path& path) {
   // Pipes and /dev/stdin have no size: read up to the limit whatever it is.
   std::ifstream in(path, std::ios::binary);
   if (!in) throw InputError(fmt::format("{}: cannot be opened: {}", name, std::strerror(errno)));
+  note_file_read(path);
   std::string text;
   std::vector<char> block(1 << 16);
   while (in.read(block.data(), static_cast<std::streamsize>(block.size())), in.gcount() > 0) {
