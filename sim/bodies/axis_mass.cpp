@@ -1,10 +1,13 @@
 #include "sim/bodies/axis_mass.h"
 
 #include "sim/base/eigen_solvers.h"
+#include "sim/base/four.h"
 #include "sim/base/small_matrices.h"
 #include "sim/base/spatial.h"
 #include "sim/base/wide.h"
 #include "sim/bodies/rod_axis.h"
+
+#include <cstring>
 
 namespace flexframe::sim {
 namespace {
@@ -18,11 +21,32 @@ FLEXFRAME_INLINE void add(double* __restrict to, double s, const double* __restr
   for (Eigen::Index i = 0; i < n; ++i) to[i] += s * from[i];
 }
 
+// to = (first + s1 from1) + s2 from2 ..., n numbers, of `count` columns that lie one after the other: one pass, as what is summed up on the
+// way stays in registers.
+FLEXFRAME_INLINE void add_columns(double* to, const double* first, Eigen::Index count, const double* s, const double* from,
+                                  Eigen::Index n) {
+  Eigen::Index i = 0;
+  for (; i + 4 <= n; i += 4) {
+    Four sum = four(first + i).v;
+    for (Eigen::Index l = 0; l < count; ++l) sum += s[l] * four(from + l * n + i).v;
+    four(to + i).v = sum;
+  }
+  for (; i < n; ++i) {
+    double sum = first[i];
+    for (Eigen::Index l = 0; l < count; ++l) sum += s[l] * from[l * n + i];
+    to[i] = sum;
+  }
+}
+
 // to(point) += sign (a_i b_k + a_k b_i)
 FLEXFRAME_INLINE void add_pair(const Values& a, const Rows& b, int i, int k, double sign, MatX& to) {
+  const Eigen::Index n = to.rows();
   for (Eigen::Index p = 0; p < to.cols(); ++p) {
-    add(to.col(p).data(), sign * a[i][p], b[k].col(p).data(), to.rows());
-    add(to.col(p).data(), sign * a[k][p], b[i].col(p).data(), to.rows());
+    double* __restrict const at = to.col(p).data();
+    const double* __restrict const one = b[k].col(p).data();
+    const double* __restrict const other = b[i].col(p).data();
+    const double s = sign * a[i][p], t = sign * a[k][p];
+    for (Eigen::Index r = 0; r < n; ++r) at[r] = (at[r] + s * one[r]) + t * other[r];
   }
 }
 
@@ -31,12 +55,13 @@ FLEXFRAME_INLINE void add_integral(const Axis& mass, const MatX& f, VecX& sum, d
   const Eigen::Index k = mass.per_panel, n = f.rows();
   sum.setZero(n);
   for (Eigen::Index at = 0; at < f.cols(); at += k) {
+    const double* const panel = f.col(at).data();
     for (Eigen::Index p = 0; p < k; ++p) {
       double* const to = out + (at + p) * n;
-      add(to, 1.0, sum.data(), n);
-      for (Eigen::Index l = 0; l < k; ++l) add(to, mass.once(l, p), f.col(at + l).data(), n);
+      for (Eigen::Index i = 0; i < n; ++i) to[i] += sum[i];
+      add_columns(to, to, k, mass.once.col(p).data(), panel, n);
     }
-    for (Eigen::Index l = 0; l < k; ++l) add(sum.data(), mass.once(l, k), f.col(at + l).data(), n);
+    add_columns(sum.data(), sum.data(), k, mass.once.col(k).data(), panel, n);
   }
 }
 
@@ -51,13 +76,11 @@ FLEXFRAME_INLINE void add_double_integral(const Axis& mass, const MatX& f, VecX&
       double* const to = out + (at + p) * n;
       const double beyond = mass.x[at + p] - start;
       for (Eigen::Index i = 0; i < n; ++i) to[i] += sum[i] + beyond * slope[i];
-      for (Eigen::Index l = 0; l < k; ++l) add(to, mass.twice(l, p), f.col(at + l).data(), n);
+      add_columns(to, to, k, mass.twice.col(p).data(), f.col(at).data(), n);
     }
     add(sum.data(), mass.panel, slope.data(), n);
-    for (Eigen::Index l = 0; l < k; ++l) {
-      add(sum.data(), mass.twice(l, k), f.col(at + l).data(), n);
-      add(slope.data(), mass.once(l, k), f.col(at + l).data(), n);
-    }
+    add_columns(sum.data(), sum.data(), k, mass.twice.col(k).data(), f.col(at).data(), n);
+    add_columns(slope.data(), slope.data(), k, mass.once.col(k).data(), f.col(at).data(), n);
   }
 }
 
@@ -114,8 +137,11 @@ void second_order(const Axis& mass, const Rows& b, const Values& b_root, AxisScr
     }
 }
 
+using Eight [[gnu::vector_size(64)]] = double;
+
 // D = A + J J^T where it is not above the diagonal; J: n x columns, n eight or more. Blocks of eight rows and four columns stay in
-// registers, the last ones overlap those before.
+// registers, the last ones overlap those before. Left to the compiler as loops over an array they took five to eight times as long, with
+// shuffles between the registers.
 FLEXFRAME_WIDEST
 void add_square(const MatX& A, const MatX& J, MatX& D) {
   constexpr int rows = 8, columns = 4;
@@ -125,11 +151,12 @@ void add_square(const MatX& A, const MatX& J, MatX& D) {
     const Eigen::Index j = std::min(next, n - columns);
     for (Eigen::Index row = j; row < n; row += rows) {
       const Eigen::Index i = std::min(row, n - rows);
-      double sum[columns][rows] = {};
+      Eight sum[columns] = {};
       for (Eigen::Index p = 0; p < terms; ++p) {
         const double* const of = numbers + p * n;
-        for (int c = 0; c < columns; ++c)
-          for (int r = 0; r < rows; ++r) sum[c][r] += of[i + r] * of[j + c];
+        Eight block;
+        std::memcpy(&block, of + i, sizeof block);
+        for (int c = 0; c < columns; ++c) sum[c] += block * of[j + c];
       }
       for (int c = 0; c < columns; ++c)
         for (int r = 0; r < rows; ++r) D(i + r, j + c) = A(i + r, j + c) + sum[c][r];

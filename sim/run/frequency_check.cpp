@@ -394,6 +394,40 @@ void compare_over_range(const FrequencyResponse& own, const FrequencyResponse& o
   }
 }
 
+// Undamped frequencies, Hz, ascending, 0 for what moves freely or is unstable, and the part of each one's stiffness that is the bodies'
+// own; that of loads, springs and joints is the rest.
+struct Undamped {
+  VecX hertz, elastic;
+};
+
+Undamped undamped(const System& system, const Linearisation& linear) {
+  Undamped out;
+  const MatX& M = linear.equations.M;
+  if (M.rows() == 0) return out;
+  const MatX K = 0.5 * (linear.equations.K + linear.equations.K.transpose());
+  const GeneralizedEigen modes(K, M);
+  if (modes.info() != Eigen::Success) return out;
+  out.hertz = modes.eigenvalues().cwiseMax(0.0).cwiseSqrt() / (2.0 * std::numbers::pi);
+  out.elastic = VecX::Ones(out.hertz.size());
+  if (!system.model.flexures.empty()) return out;  // their stiffness is in their joints
+  VecX energy = VecX::Zero(out.hertz.size());
+  for (const Part& part : system.model.parts) {
+    if (part.body.n == 0) continue;
+    const MatX shapes = linear.rates.middleRows(part.ev0, part.body.n) * modes.eigenvectors();
+    energy += shapes.cwiseProduct(part.body.Ke * shapes).colwise().sum();
+  }
+  for (Eigen::Index i = 0; i < energy.size(); ++i)
+    out.elastic[i] = modes.eigenvalues()[i] > 0.0 ? std::min(1.0, energy[i] / modes.eigenvalues()[i]) : 0.0;
+  return out;
+}
+
+// A start that is no equilibrium is left at once, and so is what its loads make of a stiffness: a beam that may lengthen does not yet pull
+// there, where one that may not does. What is no more than that has no frequency to compare.
+void leave_out_loads(const Linearisation& linear, double asked, Undamped& own) {
+  if (linear.equilibrium) return;
+  own.hertz = (own.elastic.array() < asked).select(0.0, own.hertz);
+}
+
 // Of ascending values those next to each of `own`; one value or more.
 VecX nearest(const VecX& own, const VecX& values) {
   VecX out(own.size());
@@ -446,7 +480,10 @@ void tell_of_left_vibrations(const System& system, const Linearisation& linear, 
   if (!looked.system) return;
   std::vector<double> left;
   try {
-    left = further_vibrations(undamped_frequencies(linear), undamped_frequencies(about_equilibrium(linear, *looked.system)), highest);
+    const Linearisation further = about_equilibrium(linear, *looked.system);
+    Undamped other = undamped(*looked.system, further);
+    leave_out_loads(further, unasked_accuracy, other);
+    left = further_vibrations(undamped_frequencies(linear), other.hertz, highest);
   } catch (const InputError&) {
     return;
   } catch (const SimulationError&) {
@@ -497,7 +534,9 @@ double sixth_frequency(const Linearisation& linear) {
 
 void tell_of_frequencies(const System& system, const Linearisation& linear, const std::vector<RicherBeams>& richer, double asked,
                          double highest, Notes& notes) {
-  const VecX own = undamped_frequencies(linear);
+  Undamped compared = undamped(system, linear);
+  leave_out_loads(linear, asked, compared);
+  const VecX& own = compared.hertz;
   if (own.size() == 0) return;
   // What the differences leave of a motion without stiffness is no vibration.
   const double rest = 1e-6 * own[own.size() - 1];
