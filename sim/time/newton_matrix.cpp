@@ -2,6 +2,7 @@
 
 #include "sim/base/small_matrices.h"
 #include "sim/dynamics/force_responses.h"
+#include "sim/dynamics/line_stiffness.h"
 #include "sim/dynamics/massless.h"
 #include "sim/dynamics/reduced_mass.h"
 #include "sim/model/joint_motion.h"
@@ -37,12 +38,15 @@ bool all_on_ground(const Model& model) {
   return std::all_of(model.clusters.begin(), model.clusters.end(), [](const Cluster& c) { return c.parent == ground; });
 }
 
-// Whether what is stiff beside joints is the bodies' stiffness alone.
+bool has_lines(const Model& model) { return std::any_of(model.loads.begin(), model.loads.end(), is_line); }
+
+// Whether what is stiff beside joints is the bodies' stiffness alone, and that of springs and cables between frames.
 bool closed_form(const System& system) {
   const Model& model = system.model;
   for (const Load& load : model.loads)
     if (const ForceKind kind = load.def.kind;
-        load.function >= 0 || (kind != ForceKind::force && kind != ForceKind::torque && kind != ForceKind::distributed))
+        !is_line(load) &&
+        (load.function >= 0 || (kind != ForceKind::force && kind != ForceKind::torque && kind != ForceKind::distributed)))
       return false;
   for (const LoopJoint& loop : model.loops)
     if (loop.spring) return false;
@@ -260,9 +264,22 @@ ElasticForces elastic_forces(const System& system, const std::vector<Direction>&
   return out;
 }
 
-// The columns of A and B that follow from the bodies' stiffness and damping, through the mass matrix of the state evaluated last.
+// Adds what springs and cables between frames make of columns to forces on all rates: X and of their damping Y, whose columns belong to
+// `columns` of the directions. Whether any of them damps.
+bool add_lines(const System& system, const std::vector<int>& columns, MatX& X, MatX& Y) {
+  const LineStiffness lines = system.plane ? line_stiffness(system.model, PlaneWork(const_cast<Work&>(system.work), *system.plane))
+                                           : line_stiffness(system.model, system.work);
+  const MatX at = lines.forces(columns, Eigen::all);
+  X.noalias() -= lines.forces * lines.stiffness.asDiagonal() * at.transpose();
+  if (lines.damping.size() == 0 || lines.damping.isZero(0.0)) return false;
+  Y.noalias() -= lines.forces * lines.damping.asDiagonal() * at.transpose();
+  return true;
+}
+
+// The columns of A and B that follow from the stiffness and damping of bodies and of springs between frames, through the mass matrix of
+// the state evaluated last.
 void update_closed_columns(System& system, const std::vector<Direction>& all, MechanicalJacobian& out) {
-  const bool alone = all_on_ground(system.model);
+  const bool lines = has_lines(system.model), alone = all_on_ground(system.model) && !lines;
   const Eigen::Index nw = static_cast<Eigen::Index>(all.size());
   std::vector<int> columns;  // of the whole tree
   std::vector<ElasticForces> forces;
@@ -289,14 +306,14 @@ void update_closed_columns(System& system, const std::vector<Direction>& all, Me
     first += ni;
   }
   if (alone || columns.empty()) return;
-  const auto respond = [&](MatX ElasticForces::*of, MatX& to) {
-    MatX X = MatX::Zero(nw, static_cast<Eigen::Index>(columns.size()));
+  MatX of_lines = MatX::Zero(nw, static_cast<Eigen::Index>(columns.size())), of_dampers = of_lines;
+  const bool dampers = lines && add_lines(system, columns, of_lines, of_dampers);
+  const auto respond = [&](MatX ElasticForces::*of, MatX X, bool any, MatX& to) {
     Eigen::Index row = 0, column = 0;
-    bool any = false;
     for (size_t c = 0; c < forces.size(); ++c) {
       const Eigen::Index ni = static_cast<Eigen::Index>(system.work.clusters[c].partition.ind.size());
       const Eigen::Index ne = static_cast<Eigen::Index>(forces[c].elastic.size());
-      if ((forces[c].*of).size() > 0) X.block(row, column, ni, ne) = (forces[c].*of).transpose(), any = true;
+      if ((forces[c].*of).size() > 0) X.block(row, column, ni, ne) += (forces[c].*of).transpose(), any = true;
       row += ni, column += ne;
     }
     if (any && system.plane) {
@@ -307,8 +324,8 @@ void update_closed_columns(System& system, const std::vector<Direction>& all, Me
     }
     for (size_t k = 0; k < columns.size(); ++k) to.col(columns[k]) = X.col(static_cast<Eigen::Index>(k));
   };
-  respond(&ElasticForces::K, out.A);
-  respond(&ElasticForces::D, out.B);
+  respond(&ElasticForces::K, std::move(of_lines), lines, out.A);
+  respond(&ElasticForces::D, std::move(of_dampers), dampers, out.B);
 }
 
 // The n rates of a piece.
@@ -364,7 +381,8 @@ bool few_joints(const std::vector<Direction>& all) { return joint_count(all) <= 
 }  // namespace
 
 bool matrix_is_cheap(const System& system) {
-  return closed_form(system) && all_on_ground(system.model) && !closed_by_deformation(system) && few_joints(directions(system));
+  return closed_form(system) && !has_lines(system.model) && all_on_ground(system.model) && !closed_by_deformation(system) &&
+         few_joints(directions(system));
 }
 
 void update_newton_matrix(System& system, double t, const double* y, const double* rates, const Renewal& renewal, MechanicalJacobian& out) {
@@ -399,11 +417,12 @@ void update_newton_matrix(System& system, double t, const double* y, const doubl
 
 void update_closed_matrix(System& system, const double* y, MechanicalJacobian& out) {
   const std::vector<Direction> all = directions(system);
-  if (closed_form(system)) complete_mass_matrices(system);
+  const bool known = closed_form(system) && !has_lines(system.model);
+  if (known) complete_mass_matrices(system);
   update_directions(system, y, all, out);
   out.A.setZero(static_cast<Eigen::Index>(all.size()), static_cast<Eigen::Index>(all.size()));
   out.B = out.A;
-  if (closed_form(system)) update_closed_columns(system, all, out);
+  if (known) update_closed_columns(system, all, out);
 }
 
 void difference_rates(System& system, double t, const double* y, const double* rates, MatX& A, MatX& B) {

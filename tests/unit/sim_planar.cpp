@@ -1,6 +1,7 @@
 // The planar equations of motion and the structured Newton matrix against the equations in space, state by state.
 #include "sim/dynamics/force_responses.h"
 #include "sim/dynamics/kinematics.h"
+#include "sim/dynamics/line_stiffness.h"
 #include "sim/dynamics/reduced_mass.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/start/make_system.h"
@@ -518,6 +519,89 @@ TEST(NewtonMatrix, OfBodiesThatFlexibleOnesCarry) {
     state_rate(system, 0.0, y.data(), rate.data());
     update_closed_matrix(system, y.data(), j);
     EXPECT_EQ((j.A.colwise().squaredNorm().array() > 0.0).count(), seen);
+  }
+}
+
+// Springs, dampers and cables between frames, of bodies that flexible ones carry: what they make of all accelerations, without pull and,
+// where levers turn by less than a thousandth, with one.
+TEST(NewtonMatrix, OfSpringsBetweenFrames) {
+  const std::string plane = "effects = [\"bending_xy\", \"axial\"]";
+  const std::string space = "effects = [\"bending_xy\", \"bending_xz\", \"torsion\", \"axial\"]";
+  const auto arms = [](const std::string& effects, const std::string& axis) {
+    return beam("mast", 0.5, 4, effects) + joint("foot", "revolute", "ground", "mast.root", axis) + beam("boom", 0.4, 4, effects) +
+           joint("slew", "revolute", "mast.tip", "boom.root", axis + "\ninitial = { value = 0.8 }") + flat("load", "[0.02, 0.01, 0]") +
+           joint("hangs", "revolute", "boom.tip", "load", axis + "\ninitial = { value = 0.3 }");
+  };
+  const std::string spring =
+      "[[force]]\nname = \"s\"\nkind = \"spring-damper\"\non = \"load.b\"\nfrom = \"mast.middle\"\nstiffness = 2e4\ndamping = 30\n";
+  const std::string cable =
+      "[[force]]\nname = \"s\"\nkind = \"cable\"\non = \"load.b\"\nthrough = [\"boom.middle\", \"mast.tip\"]\nfrom = \"ground\"\n"
+      "stiffness = 2e4\n";
+  const auto length_of = [](const System& system) {
+    const Load& load = system.model.loads.front();
+    const std::vector<int> path = load.path.empty() ? std::vector<int>{load.from, load.on} : load.path;
+    double length = 0.0;
+    for (size_t k = 1; k < path.size(); ++k)
+      length += (frame_world(system.model, system.work, path[k]).p - frame_world(system.model, system.work, path[k - 1]).p).norm();
+    return length;
+  };
+  struct Case {
+    std::string bodies, line;
+    double stretch, within;  // of the rest; of the largest entry
+  };
+  for (const Case& c : {Case{arms(plane, ""), spring, 0.0, 1e-6}, Case{arms(space, "axis = [0, 0.6, 0.8]"), spring, 0.0, 1e-6},
+                        Case{arms(plane, ""), cable, 1e-6, 1e-4}, Case{arms(space, "axis = [0, 0.6, 0.8]"), cable, 1e-6, 1e-4},
+                        Case{arms(space, "axis = [0, 0.6, 0.8]"), spring, 1e-6, 1e-4}}) {
+    const std::string text = simulation("[0, 0, 0]") + c.bodies + c.line;
+    const double length = length_of(system_of(text + "rest = 9.0\n"));
+    System system = system_of(text + fmt::format("rest = {:.17g}\n", length * (1.0 - c.stretch)));
+    const Model& model = system.model;
+    const VecX y = pack_state(system, Eigen::Vector2d::Zero());
+    VecX rate(y.size());
+    state_rate(system, 0.0, y.data(), rate.data());
+    const auto lines_of = [&](System& of) {
+      return of.plane ? line_stiffness(model, PlaneWork(of.work, *of.plane)) : line_stiffness(model, of.work);
+    };
+    const LineStiffness lines = lines_of(system);
+    MatX K = -lines.forces * lines.stiffness.asDiagonal() * lines.forces.transpose();
+    MatX D = -lines.forces * lines.damping.asDiagonal() * lines.forces.transpose();
+    std::vector<char> elastic;
+    std::vector<int> at;
+    for (size_t k = 0; k < model.clusters.size(); ++k)
+      for (const int i : system.work.clusters[k].partition.ind) {
+        const int v = model.clusters[k].v0 + i;
+        elastic.push_back(0);
+        at.push_back(-1);
+        for (const int part : model.clusters[k].parts)
+          if (const Part& p = model.parts[part]; v >= p.ev0 && v < p.ev0 + p.body.n) elastic.back() = 1, at.back() = p.eq0 + v - p.ev0;
+      }
+    // The bodies' own, by the scene without the line.
+    System bare = system_of(simulation("[0, 0, 0]") + c.bodies);
+    const VecX bare_y = pack_state(bare, Eigen::Vector2d::Zero());
+    const auto respond = [&](MatX& X) {
+      if (system.plane) {
+        PlaneWork work(system.work, *system.plane);
+        complete_mass_matrices(model, work);
+        force_responses(model, work, X);
+      } else {
+        complete_mass_matrices(model, system.work);
+        force_responses(model, system.work, X);
+      }
+    };
+    respond(K);
+    respond(D);
+    int seen = 0;
+    for (size_t k = 0; k < elastic.size(); ++k) {
+      if (!elastic[k]) continue;
+      const Eigen::Index column = static_cast<Eigen::Index>(k);
+      const VecX all = slope_along(system, y, at[k], VecX::Ones(1), 1e-9) - slope_along(bare, bare_y, at[k], VecX::Ones(1), 1e-9);
+      const VecX faster = slope_along(system, y, model.nq + column, VecX::Ones(1), 1e-4);
+      EXPECT_LE((all - K.col(column)).cwiseAbs().maxCoeff(), c.within * K.cwiseAbs().maxCoeff()) << k << text;
+      EXPECT_LE((faster - D.col(column)).cwiseAbs().maxCoeff(), c.within * D.cwiseAbs().maxCoeff() + 1e-9) << k << text;
+      ++seen;
+    }
+    EXPECT_GE(seen, 16);
+    EXPECT_GT(K.cwiseAbs().maxCoeff(), 0.0);
   }
 }
 
