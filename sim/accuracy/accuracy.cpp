@@ -12,6 +12,7 @@
 #include "sim/run/run_scene.h"
 #include "sim/run/time_error.h"
 #include "sim/run/work_budget.h"
+#include "sim/run/zero_displacements.h"
 #include "sim/start/make_system.h"
 #include "sim/time/system.h"
 
@@ -386,6 +387,7 @@ Results stated(Task& t, Finished found, const Searched& searched, const Settings
   s.error_estimate = found.error;
   s.error_column = found.column;
   tell_of_energies(results, true);
+  tell_of_zero_displacements(found.scene, results);
   warn_of_tipping(found.scene, t.search.states, results, s.notes);
   warn_of_held_warping(found.scene, t.search.states, results, accuracy, s.notes);
   std::vector<int> all;

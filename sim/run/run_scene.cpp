@@ -27,6 +27,7 @@
 #include "sim/run/stop_springs.h"
 #include "sim/run/time_error.h"
 #include "sim/run/work_budget.h"
+#include "sim/run/zero_displacements.h"
 #include "sim/start/make_system.h"
 #include "sim/start/statics.h"
 #include "sim/time/sample_state.h"
@@ -602,6 +603,7 @@ Results run_scene(const Scene& scene, const SimulateOptions& options) {
                         "of {}",
                         results.statistics.tolerance, first.error_estimate, first.error_column));
   tell_of_energies(results, false);
+  tell_of_zero_displacements(scene, results);
   if (const auto fast = faster_than_samples(results)) results.statistics.notes.tell(fast->owner, fast_motion_text(*fast));
   return results;
 }

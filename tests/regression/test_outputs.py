@@ -722,6 +722,18 @@ def coordinate_forces(folder):
     expect(not any(h["rail_spring"] + h["rail_stop"] + h["rail_friction"]), "a driven joint's spring, stop and friction have no effect")
 
 
+def zero_displacements(folder):
+    """The displacement of the frame from which it is measured is zero: said of the whole body's, not of its tip's."""
+    text = CANTILEVER.replace("MODEL", "").replace("ROTATION", "")
+    text += output("root", "rod", "displacement") + output("end", "rod.tip", "displacement")
+    (folder / "zero.toml").write_text(text)
+    said = run("simulate", folder / "zero.toml", "--csv", folder / "zero.csv").stdout
+    h = history(folder / "zero.csv")
+    expect(not any(h["root.y"]) and any(h["end.y"]), "the root moves from itself, or the tip does not")
+    expect("root is zero all along: it is the displacement of 'root'" in said, f"nothing said of a zero output: {said}")
+    expect("end is zero" not in said, f"said of the tip: {said}")
+
+
 with tempfile.TemporaryDirectory() as name:
     here = pathlib.Path(name)
     for test in (
@@ -743,6 +755,7 @@ with tempfile.TemporaryDirectory() as name:
         works,
         coordinate_forces,
         workless,
+        zero_displacements,
         errors,
         heads,
     ):
