@@ -51,6 +51,22 @@ class Lines {
     keep(along, s.stiffness, s.damping);
   }
 
+  // Along and about the axes of `from`, at the origin of `on`. What a rotation vector differs from the turn is left out.
+  void add_bushing(const Load& load) {
+    const Pose relative = compose(inverse(pose_in_space(model_, work_, load.from)), pose_in_space(model_, work_, load.on));
+    for (int i = 0; i < 6; ++i) {
+      const double k = load.def.bushing_stiffness[i], c = load.def.bushing_damping[i];
+      if (k == 0.0 && c == 0.0) continue;
+      const Vec6 f = Vec6::Unit(i);
+      Vec6 back = -f;
+      back.tail<3>() -= relative.p.cross(Vec3(f.head<3>()));
+      VecX own = VecX::Zero(rates_);
+      add_forces(load.on, within(work_, load.on, joined(turn_back(relative, linear(f)), turn_back(relative, angular(f)))), own);
+      add_forces(load.from, within(work_, load.from, back), own);
+      keep(own, k, c);
+    }
+  }
+
   LineStiffness result() const {
     const Eigen::Index n = static_cast<Eigen::Index>(stiffness_.size());
     LineStiffness out{MatX(rates_, n), VecX(n), VecX(n)};
@@ -122,6 +138,7 @@ class Lines {
 }  // namespace
 
 bool is_line(const Load& load) {
+  if (load.def.kind == ForceKind::bushing) return load.expression < 0 && load.function < 0;
   if (load.def.kind != ForceKind::spring_damper || load.table) return false;
   return load.def.cable || (load.expression < 0 && load.function < 0);
 }
@@ -130,7 +147,8 @@ template <class W>
 LineStiffness line_stiffness(const Model& model, const W& work) {
   Lines<W> lines(model, work);
   for (const Load& load : model.loads)
-    if (is_line(load)) lines.add(load);
+    if (load.def.kind == ForceKind::bushing && is_line(load)) lines.add_bushing(load);
+    else if (is_line(load)) lines.add(load);
   return lines.result();
 }
 

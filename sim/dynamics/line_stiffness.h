@@ -1,11 +1,12 @@
-// Stiffness and damping of springs and cables between frames, as the independent rates see them: what Newton's matrix asks of them.
+// Stiffness and damping of springs, cables and bushings between frames, as the independent rates see them: what Newton's matrix asks of them.
 #pragma once
 
 #include "sim/dynamics/plane_work.h"
 
 namespace flexframe::sim {
 
-// Whether a load is a spring, damper or cable whose tangent is known: its pull follows from its length, its rate and the time alone.
+// Whether a load is a spring, damper, cable or bushing whose tangent is known: its pull follows from its length, its rate and the time
+// alone.
 bool is_line(const Load& load);
 
 // With G = forces, the generalised forces change by -G diag(stiffness) G^T per change of the independent rates' directions (in the order of

@@ -2,10 +2,10 @@
 // every state: q' = T w, w' = f(q, w), so that a system of the size of the independent rates is solved and nothing is spent on
 // dependent coordinates and quadratures.
 //
-// What is stiff in most scenes is known in closed form: the structural stiffness and damping of the bodies, and those of springs, dampers
-// and cables between frames, through the mass matrix of the state evaluated last. Joint coordinates and rates, which carry springs, stops and contact, are differenced. Terms that are
+// What is stiff in most scenes is known in closed form: the structural stiffness and damping of the bodies, and those of springs, dampers,
+// cables and bushings between frames, through the mass matrix of the state evaluated last. Joint coordinates and rates, which carry springs, stops and contact, are differenced. Terms that are
 // neither (gyroscopic ones, the geometric stiffness of the momentary loads) are left out: they slow Newton's method down by about
-// their rate times the step, and change no solution. Where bushings, tables, functions of the state or springs of loops act all columns
+// their rate times the step, and change no solution. Where tables, functions of the state or springs of loops act all columns
 // are differenced, and of bodies that carry each other in a plane, or with few elastic coordinates.
 #pragma once
 

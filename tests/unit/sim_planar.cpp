@@ -522,7 +522,7 @@ TEST(NewtonMatrix, OfBodiesThatFlexibleOnesCarry) {
   }
 }
 
-// Springs, dampers and cables between frames, of bodies that flexible ones carry: what they make of all accelerations, without pull and,
+// Springs, dampers, cables and bushings between frames, of bodies that flexible ones carry: what they make of all accelerations, without pull and,
 // where levers turn by less than a thousandth, with one.
 TEST(NewtonMatrix, OfSpringsBetweenFrames) {
   const std::string plane = "effects = [\"bending_xy\", \"axial\"]";
@@ -537,6 +537,16 @@ TEST(NewtonMatrix, OfSpringsBetweenFrames) {
   const std::string cable =
       "[[force]]\nname = \"s\"\nkind = \"cable\"\non = \"load.b\"\nthrough = [\"boom.middle\", \"mast.tip\"]\nfrom = \"ground\"\n"
       "stiffness = 2e4\n";
+  const std::string bushing =
+      "[[force]]\nname = \"s\"\nkind = \"bushing\"\non = \"load.b\"\nfrom = \"ground.held\"\nstiffness = [2e4, 3e4, 0, 0, 0, 50]\n"
+      "damping = [30, 20, 0, 0, 0, 0.1]\n";
+  // The ground's frame where the bushing is at rest.
+  const auto held_at = [](const Pose& at) {
+    std::string rows;
+    for (int i = 0; i < 3; ++i) rows += fmt::format("[{:.17g}, {:.17g}, {:.17g}],", at.R(i, 0), at.R(i, 1), at.R(i, 2));
+    return fmt::format("[ground]\nframes = {{ held = {{ position = [{:.17g}, {:.17g}, {:.17g}], rotation = {{ matrix = [{}] }} }} }}\n",
+                       at.p.x(), at.p.y(), at.p.z(), rows);
+  };
   const auto length_of = [](const System& system) {
     const Load& load = system.model.loads.front();
     const std::vector<int> path = load.path.empty() ? std::vector<int>{load.from, load.on} : load.path;
@@ -551,10 +561,17 @@ TEST(NewtonMatrix, OfSpringsBetweenFrames) {
   };
   for (const Case& c : {Case{arms(plane, ""), spring, 0.0, 1e-6}, Case{arms(space, "axis = [0, 0.6, 0.8]"), spring, 0.0, 1e-6},
                         Case{arms(plane, ""), cable, 1e-6, 1e-4}, Case{arms(space, "axis = [0, 0.6, 0.8]"), cable, 1e-6, 1e-4},
-                        Case{arms(space, "axis = [0, 0.6, 0.8]"), spring, 1e-6, 1e-4}}) {
-    const std::string text = simulation("[0, 0, 0]") + c.bodies + c.line;
-    const double length = length_of(system_of(text + "rest = 9.0\n"));
-    System system = system_of(text + fmt::format("rest = {:.17g}\n", length * (1.0 - c.stretch)));
+                        Case{arms(space, "axis = [0, 0.6, 0.8]"), spring, 1e-6, 1e-4},
+                        Case{arms(plane, ""), bushing, 0.0, 1e-6}, Case{arms(space, "axis = [0, 0.6, 0.8]"), bushing, 0.0, 1e-6}}) {
+    std::string text = simulation("[0, 0, 0]") + c.bodies;
+    if (c.line == bushing) {
+      const System there = system_of(text + held_at({}) + c.line);
+      text += held_at(pose_in_space(there.model, there.work, there.model.loads.front().on)) + c.line;
+    } else {
+      const double length = length_of(system_of(text + c.line + "rest = 9.0\n"));
+      text += c.line + fmt::format("rest = {:.17g}\n", length * (1.0 - c.stretch));
+    }
+    System system = system_of(text);
     const Model& model = system.model;
     const VecX y = pack_state(system, Eigen::Vector2d::Zero());
     VecX rate(y.size());
