@@ -10,6 +10,7 @@
 #include "sim/reduce/fe_further.h"
 #include "sim/reduce/fe_integrals.h"
 #include "sim/reduce/fe_mesh_error.h"
+#include "sim/reduce/fe_nodal_stress.h"
 #include "sim/reduce/fe_refine.h"
 #include "sim/reduce/fe_solver.h"
 #include "sim/reduce/fe_surface.h"
@@ -780,8 +781,28 @@ class Reducer {
     lap("stiffening");
   }
 
+  // What stress modes do not hold.
+  void tell_of_stress() {
+    bool shells = false, layers = false;
+    int beams = 0;
+    for (const FeElement& e : model.elements) {
+      beams += e.shape == FeShape::beam2 ? 1 : 0;
+      if (!fe_is_shell(e.shape)) continue;
+      shells = true;
+      layers = layers || (e.section >= 0 && model.layups[e.section].layers.size() > 1);
+    }
+    if (beams > 0) report().warnings.push_back(fmt::format("stress: {} beams and rods have none: what they carry is not shown", beams));
+    if (layers)
+      report().warnings.push_back("stress: of layered shells that of the outer faces alone: layers between them may carry more");
+    if (shells && !options.surface)
+      report().warnings.push_back(
+          "stress: of shells that of the face to which their normals point, at folds of one of the plates: the other face may carry more; "
+          "-o BODY.h5 has all of them");
+  }
+
   void add_stress(const MatX& U) {
     if (model.matrices) return note("stresses need the elements: left out for a model given as matrices");
+    tell_of_stress();
     std::vector<int> nodes;
     for (int n : attachment_nodes)
       if (n >= 0) nodes.push_back(n);
@@ -802,6 +823,25 @@ class Reducer {
     MatX left = solver->respond(loads, 0.0, &basis, tolerance);
     add_product(left, -1.0, basis.vectors, basis.eigenvalues.cwiseInverse().asDiagonal() * product_tn(basis.vectors, loads));
     return reduced.expand(left);
+  }
+
+  // Stress at the surface's nodes: what is first at each, then what else is there.
+  void add_surface_stress(const MatX& U, const std::vector<int>& nodes) {
+    BodySurface& surface = out.surface;
+    const Eigen::Index m = std::ssize(nodes);
+    const auto stress = stresses_at_nodes(model, system, U, nodes), left_out = stresses_at_nodes(model, system, left_out_of_inertia(), nodes);
+    for (size_t i = 0; i < nodes.size(); ++i)
+      for (size_t part = 1; part < stress[i].size(); ++part) surface.other_points.push_back(static_cast<int>(i));
+    const Eigen::Index others = std::ssize(surface.other_points);
+    const auto fill = [&](const std::vector<std::vector<MatX>>& of, Eigen::Index columns, MatX& first, MatX& other) {
+      first = MatX::Zero(6 * m, columns);
+      other = MatX::Zero(6 * others, columns);
+      Eigen::Index next = 0;
+      for (Eigen::Index i = 0; i < m; ++i)
+        for (size_t part = 0; part < of[i].size(); ++part) (part == 0 ? first : other).middleRows(part == 0 ? 6 * i : 6 * next++, 6) = of[i][part];
+    };
+    fill(stress, U.cols(), surface.stress, surface.other_stress);
+    fill(left_out, 12, surface.load_stress, surface.other_load_stress);
   }
 
   // What the elements know of all nodes of the outer surface.
@@ -830,16 +870,7 @@ class Reducer {
     surface.faces = Eigen::MatrixXi::Constant(std::ssize(faces), 8, -1);
     for (Eigen::Index f = 0; f < surface.faces.rows(); ++f)
       for (size_t k = 0; k < faces[f].size(); ++k) surface.faces(f, static_cast<Eigen::Index>(k)) = number[faces[f][k]];
-    if (options.stress) {
-      surface.stress = MatX::Zero(6 * m, n);
-      const std::vector<MatX> stress = nodal_stress(model, system, U, nodes);
-      for (Eigen::Index i = 0; i < m; ++i)
-        if (const MatX& s = stress[i]; s.cols() > 0) surface.stress.middleRows(6 * i, 6) = s;
-      surface.load_stress = MatX::Zero(6 * m, 12);
-      const std::vector<MatX> left_out = nodal_stress(model, system, left_out_of_inertia(), nodes);
-      for (Eigen::Index i = 0; i < m; ++i)
-        if (const MatX& s = left_out[i]; s.cols() > 0) surface.load_stress.middleRows(6 * i, 6) = s;
-    }
+    if (options.stress) add_surface_stress(U, nodes);
     lap("surface");
   }
 };
