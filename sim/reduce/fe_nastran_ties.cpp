@@ -134,7 +134,28 @@ bool NastranReader::asked(const char* what, int sign, int set) const {
   return both != unions.end() && both->second.contains(set);
 }
 
+void NastranReader::warn_of_choice(const char* what, int sign, const std::vector<const NastranCard*>& cards) {
+  const auto chosen = deck.chosen.find(what);
+  if (chosen == deck.chosen.end()) return;
+  if (const auto also = deck.also_chosen.find(what); also != deck.also_chosen.end())
+    model.warnings.push_back(fmt::format("{}: subcases choose {} = {} and {}: a body has one, and set {} counts; take the others out of case "
+                                         "control, or the first",
+                                         model.file, what, chosen->second, fmt::join(also->second, ", "), chosen->second));
+  std::set<int> wanted = {chosen->second}, missing;
+  if (const auto both = unions.find(sign * chosen->second); both != unions.end()) wanted = both->second;
+  for (const int set : wanted)
+    if (std::none_of(cards.begin(), cards.end(), [&](const NastranCard* c) { return deck.integer(*c, 0) == set; })) missing.insert(set);
+  if (!missing.empty())
+    model.warnings.push_back(
+        fmt::format("{}: case control chooses {} = {}, and there is no {} of set {}: it does nothing", model.file, what, chosen->second, what,
+                    fmt::join(missing, ", ")));
+}
+
 void NastranReader::add_conditions() {
+  attempt([&] {
+    warn_of_choice("SPC", 1, supports);
+    warn_of_choice("MPC", -1, equations);
+  });
   std::set<int> sets;
   for (const NastranCard* c : supports)
     attempt([&] {

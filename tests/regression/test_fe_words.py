@@ -207,9 +207,56 @@ def turning_interfaces():
     expect(not any("resists no turn" in w for w in told["warnings"]), f"the beam holds its end: {told['warnings']}")
 
 
+def chosen():
+    """What decks say twice, or choose and do not have, is told or refused."""
+    n = 4
+    bulk = "".join(f"GRID,{i + 1},,{i * SPAN / n:.9g},0.,0.\n" for i in range(n + 1))
+    bulk += "".join(f"CBAR,{i + 1},1,{i + 1},{i + 2},0.,1.,0.\n" for i in range(n))
+    bulk += f"PBAR,1,1,{ACROSS**2:.9g},{ACROSS**4 / 12:.9g},{ACROSS**4 / 12:.9g},{0.141 * ACROSS**4:.9g}\nMAT1,1,{YOUNG:.3e},,.3,{STEEL}\n"
+    bulk += f"SPC1,1,123456,1\nSPC1,2,123456,{n + 1}\n"
+    for control, more, wanted in (
+        ("SPC = 1\n", "", ""),
+        ("SUBCASE 1\nSPC = 1\nSUBCASE 2\nSPC = 2\n", "", "subcases choose SPC = 1 and 2"),
+        ("SPC = 7\n", "", "there is no SPC of set 7"),
+        ("SPC = 1\nMPC = 3\n", "", "there is no MPC of set 3"),
+        ("SPC = 9\n", "SPCADD,9,1,5\n", "there is no SPC of set 5"),
+    ):
+        warnings = reduced("chosen.bdf", f"SOL 103\nCEND\n{control}BEGIN BULK\n{bulk}{more}ENDDATA\n")["warnings"]
+        told = [w for w in warnings if "choose" in w]
+        expect(bool(told) == bool(wanted) and wanted in "".join(told), f"{control}{more}: {told}")
+    grids = "GRID,21,,1.,.1,0.\nGRID,22,,1.,.2,0.\n"
+    for more, wanted in (
+        (grids + "RBE2,30,5,123456,21,22,21,22,21,22\n", "'22' is the tenth field"),
+        ("BEGIN SUPER=1\n", "superelements"),
+    ):
+        (folder / "refused.bdf").write_text(f"SOL 103\nCEND\nBEGIN BULK\n{bulk}{more}ENDDATA\n")
+        said = run("reduce", folder / "refused.bdf", "-o", folder / "body.h5", code=2).stderr
+        expect(wanted in said, f"{more}: {said}")
+    steel, sections = f"*MATERIAL, NAME=M\n*ELASTIC\n{YOUNG}, .3\n*DENSITY\n{STEEL}\n", "*SOLID SECTION, ELSET=E, MATERIAL=M\n"
+    light = steel.replace("NAME=M", "NAME=N").replace(str(STEEL), "2700.")
+    corners = [(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    nodes = "".join(f"{k}, {x}, {y}, {z}\n" for k, (x, y, z) in enumerate(corners, 1))
+    cube = "*ELEMENT, TYPE=C3D8I, ELSET=E\n1, 1, 2, 3, 4, 5, 6, 7, 8\n"
+    mass = "*ELEMENT, TYPE=MASS, ELSET=P\n9, 1\n"
+    for text, wanted in (
+        (nodes + cube + steel + sections, ""),
+        (nodes + cube + steel + light + sections + sections.replace("=M", "=N"), "element 1 has a section already"),
+        (nodes + cube + steel + "*DENSITY\n2700.\n" + sections, "*DENSITY a second time"),
+        (nodes + cube + steel + "*ELASTIC\n7e10, .3\n" + sections, "*ELASTIC a second time"),
+        (nodes + cube + mass + steel + sections, "have no mass"),
+        (nodes.replace("1, 0, 0, 0\n", "1, 0, 0, 0, 0, 0, 1\n") + cube + steel + sections, "numbers behind the coordinates"),
+    ):
+        warnings = reduced("twice.inp", "*NODE\n" + text)["warnings"]
+        told = [w for w in warnings if "coarse" not in w]
+        expect(len(told) == bool(wanted) and wanted in "".join(told), f"{wanted}: {told}")
+    (folder / "twice.inp").write_text("*NODE\n" + nodes + cube + steel + light.replace("NAME=N", "NAME=m") + sections)
+    said = run("reduce", folder / "twice.inp", "-o", folder / "body.h5", code=2).stderr
+    expect("twice.inp:17: *MATERIAL: 'm' is there already" in said, said)
+
+
 with temporary_folder() as name:
     folder = pathlib.Path(name)
-    for case in (averaging, soft_shells, inertia, bushes, directions, handedness, turning_interfaces):
+    for case in (averaging, soft_shells, inertia, bushes, directions, handedness, turning_interfaces, chosen):
         case()
 
 finish()

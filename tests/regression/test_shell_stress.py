@@ -56,34 +56,25 @@ with temporary_folder() as name:
         out = run("render", folder / "strip_r.h5", "-o", folder / "pictures", "--frames", "0:1", "--workers", 1).stdout
         return 1e9 / float(re.search(r"safety factor against yielding is ([0-9.e+-]+)", out)[1])
 
-    def even(i):
-        return t
-
     section, modulus, length = width * t, width * t**2 / 6, 0.4
-    for kind in ("S4", "S8R"):
+    for kind, down, force in (("S4", False, 0.02), ("S4", True, 0.02), ("S8R", False, 0.02)):
         # Flat elements have one curvature each, that of their middle.
-        arm = length * (1 - 0.5 / nx) if kind == "S4" else length
-        for normals in (False, True):
-            force = 0.02 if not normals else -0.02
-            bent = abs(force) * arm / modulus
-            deck = strip(lambda s: (length * s, 0), even, lambda i: normals, "ROOT, 1, 6\n", kind)
-            found = stress(deck, "TIP", (([0, 0, 1], 0.02), ([1, 0, 0], bent * section)))
-            near(found, 2 * bent, 0.02 * bent, f"{kind}, stretched and bent, normals turned: {normals}")
-            found = stress(deck, "TIP", (([0, 0, 1], -0.02), ([1, 0, 0], bent * section)))
-            near(found, 2 * bent, 0.02 * bent, f"{kind}, stretched and bent the other way, normals turned: {normals}")
+        bent = force * (length * (1 - 0.5 / nx) if kind == "S4" else length) / modulus
+        deck = strip(lambda s: (length * s, 0), lambda i: t, lambda i: down, "ROOT, 1, 6\n", kind)
+        found = stress(deck, "TIP", (([0, 0, 1], force), ([1, 0, 0], bent * section)))
+        near(found, 2 * bent, 0.01 * bent, f"{kind}, stretched and bent, normals down: {down}")
 
     # On two supports, a force in the middle, where normals of both sides point either way.
     ends = "ROOT, 1, 3\nTIP, 2, 3\n"
     bent = 0.25 * 0.02 * (length - 0.5 * length / nx * 2) / modulus
-    for normals in (lambda i: False, lambda i: i % 2 == 1):
-        found = stress(strip(lambda s: (length * s, 0), even, normals, ends), "MIDDLE", (([0, 0, 1], 0.02),))
-        near(found, bent, 0.02 * bent, "bent between supports")
+    found = stress(strip(lambda s: (length * s, 0), lambda i: t, lambda i: i % 2 == 1, ends), "MIDDLE", (([0, 0, 1], 0.02),))
+    near(found, bent, 0.01 * bent, "bent between supports")
 
     # A bracket, its foot twice as thick: the thinner plate carries most, where it begins at the fold.
     deck = strip(
         lambda s: (length * min(s, 0.5), length * max(s - 0.5, 0)), lambda i: t if i >= nx // 2 else 2 * t, lambda i: False, "ROOT, 1, 6\n"
     )
     bent = 0.02 * length / 2 * (1 - 1 / nx) / modulus
-    near(stress(deck, "TIP", (([1, 0, 0], 0.02),)), bent, 0.02 * bent, "the plate of a bracket at its fold")
+    near(stress(deck, "TIP", (([1, 0, 0], 0.02),)), bent, 0.01 * bent, "the plate of a bracket at its fold")
 
 finish()
