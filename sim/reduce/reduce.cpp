@@ -471,6 +471,7 @@ class Reducer {
       body.nodes.push_back(std::move(node));
     }
     judge_damping();
+    judge_hourglass_at_interfaces(U);
     if (options.stiffening && model.matrices) note("geometric stiffening needs the elements: left out for a model given as matrices");
     else if (options.stiffening) add_stiffening(U);
     if (options.stress) add_stress(U);
@@ -584,6 +585,29 @@ class Reducer {
           "low: {} (up to {:.2g} % of a mode's energy is in the small stiffness that the program adds against them); take C3D20 (C3D15) or "
           "two layers of elements, or attach masses, springs and supports to faces instead of single nodes",
           U.cols(), held, 100.0 * shares.maxCoeff()));
+  }
+
+  // Of deflections under forces at interfaces those that are the hold's: a single node of a single layer gives way in such motions.
+  void judge_hourglass_at_interfaces(const MatX& U) {
+    constexpr double told = 0.02;
+    const auto count = static_cast<Eigen::Index>(options.interfaces.size());
+    const bool held = std::any_of(model.elements.begin(), model.elements.end(),
+                                  [](const FeElement& e) { return fe_is_held_by_share(e.shape, e.formulation); });
+    if (count == 0 || model.matrices || !held) return;
+    MatX forces(U.cols(), 3 * count);  // generalised, of unit forces along the axes
+    for (Eigen::Index i = 0; i < count; ++i) forces.middleCols(3 * i, 3) = out.body.nodes[i].phi.transpose();
+    const MatX answers = basis.eigenvalues.cwiseInverse().asDiagonal() * forces;
+    const VecX work = answers.cwiseProduct(forces).colwise().sum().transpose().cwiseMax(1e-300);
+    const VecX shares = hourglass_shares(model, system, U * answers, work);
+    std::string names_of;
+    for (Eigen::Index i = 0; i < count; ++i)
+      if (shares.segment(3 * i, 3).maxCoeff() > told) names_of += fmt::format("{}'{}'", names_of.empty() ? "" : ", ", names[i]);
+    if (!names_of.empty())
+      report().warnings.push_back(fmt::format(
+          "hourglass motions, which the points of reduced integration (C3D20R, C3D6) do not see, make the deflection under forces at the "
+          "interfaces {} that of the small stiffness that the program adds against them (up to {:.2g} % of the energy); take C3D20 (C3D15) "
+          "or two layers of elements, or interfaces on faces instead of single nodes",
+          names_of, 100.0 * shares.maxCoeff()));
   }
 
   // Whether the memory that is left holds a finer mesh's matrices and the vectors of its iteration.

@@ -6,6 +6,7 @@ import pathlib
 
 import numpy as np
 from program import *
+from rod_deck import rod_deck
 
 pi = math.pi
 SPAN, ACROSS, CELLS = 1.0, 0.02, 12  # a beam and its square section, m; cells of a plate's edge
@@ -207,6 +208,63 @@ def turning_interfaces():
     expect(not any("resists no turn" in w for w in told["warnings"]), f"the beam holds its end: {told['warnings']}")
 
 
+def turned(points, degrees=35.0):
+    """About (1, 2, 3)."""
+    n = np.array([1.0, 2.0, 3.0]) / math.sqrt(14)
+    a = math.radians(degrees)
+    return [math.cos(a) * p + math.sin(a) * np.cross(n, p) + (1 - math.cos(a)) * (n @ p) * n for p in map(np.array, points)]
+
+
+def idle_turns():
+    """Turns that move nothing, about an edge that an interface holds and of a beam without torsion, whatever way the body lies."""
+    lines = rod_deck(YOUNG, STEEL, 0.4, 0.08, 0.06, 6).splitlines()
+    rows = [k for k, line in enumerate(lines) if k > 0 and not line.startswith("*") and k < lines.index("*ELEMENT, TYPE=C3D8I, ELSET=ROD")]
+    places = [[float(x) for x in lines[k].split(",")[1:]] for k in rows]
+    tip = len(places) - 4
+    wanted = None
+    for own in (places, turned(places)):
+        for k, n, x in zip(rows, range(1, len(rows) + 1), own):
+            lines[k] = f"{n}, " + ", ".join(f"{c:.12g}" for c in x)
+        beside = ",".join(f"{c:.9g}" for c in 1.02 * np.array(own[tip]) + 0.3 * (np.array(own[tip + 2]) - own[tip]))
+        for point in ("", f"@{beside}"):
+            deck = "\n".join(lines) + f"\n*NSET, NSET=EDGE\n{tip + 1}, {tip + 2}\n"
+            found = reduced("edge.inp", deck, "--interface", f"edge=rigid:EDGE{point}", "--method", "eigen")["frequencies"]
+            wanted = wanted or found
+            for a, b in zip(found, wanted):
+                near(a, b, 1e-5 * b, f"free bar with an interface on an edge{point and ', of a point beside it'}")
+    corners = [(0, 0, 0), (0.5, 0, 0), (0.2, 0.4, 0), (0.2, 0.1, 0.5), (-0.2, 0, 0), (-0.4, 0, 0), (0.1, 0.2, 1)]
+    wanted = None
+    for own in (corners, turned(corners)):
+        direction = ",".join(f"{c:.7f}" for c in own[6])
+        text = "SOL 103\nCEND\nBEGIN BULK\n" + "".join(f"GRID,{k},,{x:.10f},{y:.10f},{z:.10f}\n" for k, (x, y, z) in enumerate(own[:6], 1))
+        ends = [(1, 2), (2, 3), (3, 1), (1, 4), (2, 4), (3, 4), (1, 5), (5, 6)]
+        text += "".join(f"CBAR,{e},{1 + (e > 6)},{a},{b},{direction}\n" for e, (a, b) in enumerate(ends, 1))
+        text += f"PBAR,1,1,4.-4,1.333-8,1.333-8,2.-8\nPBAR,2,1,4.-4,1.333-8,1.333-8\nMAT1,1,{YOUNG:.3e},,.3,{STEEL}\nENDDATA\n"
+        found = reduced("frame.bdf", text, "--method", "eigen")["frequencies"]
+        wanted = wanted or found
+        for a, b in zip(found, wanted):
+            near(a, b, 1e-5 * b, "free frame with a beam without torsion")
+
+
+def hourglass():
+    """A single node of a single layer with reduced integration gives way in motions that its points do not see; a face does not."""
+    n, number, elements = 4, {}, []
+    cell = [(0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0), (0, 0, 2), (2, 0, 2), (2, 2, 2), (0, 2, 2)]
+    edges = [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)]
+    cell += [tuple((p + q) // 2 for p, q in zip(cell[a], cell[b])) for a, b in edges]
+    for i in range(n):
+        elements.append([number.setdefault((2 * i + x, y, z), len(number) + 1) for x, y, z in cell])
+    text = "*NODE\n" + "".join(f"{k}, {0.05 * x:.9g}, {0.03 * y:.9g}, {0.03 * z:.9g}\n" for (x, y, z), k in number.items())
+    text += "*ELEMENT, TYPE=C3D20R, ELSET=E\n"
+    text += "".join(f"{e}, {', '.join(map(str, k[:12]))},\n{', '.join(map(str, k[12:]))}\n" for e, k in enumerate(elements, 1))
+    for name, x in (("ROOT", 0), ("TIP", 2 * n)):
+        text += f"*NSET, NSET={name}\n" + "".join(f"{k}\n" for at, k in number.items() if at[0] == x)
+    text += f"*MATERIAL, NAME=M\n*ELASTIC\n{YOUNG}, .3\n*DENSITY\n{STEEL}\n*SOLID SECTION, ELSET=E, MATERIAL=M\n*BOUNDARY\nROOT, 1, 3\n"
+    for where, told in ((number[2 * n, 0, 0], True), ("rigid:TIP", False)):
+        warnings = reduced("layer.inp", text, "--interface", f"tip={where}")["warnings"]
+        expect(any("interfaces 'tip' that of the small stiffness" in w for w in warnings) == told, f"{where}: {warnings}")
+
+
 def chosen():
     """What decks say twice, or choose and do not have, is told or refused."""
     n = 4
@@ -256,7 +314,7 @@ def chosen():
 
 with temporary_folder() as name:
     folder = pathlib.Path(name)
-    for case in (averaging, soft_shells, inertia, bushes, directions, handedness, turning_interfaces, chosen):
+    for case in (averaging, soft_shells, inertia, bushes, directions, handedness, turning_interfaces, idle_turns, hourglass, chosen):
         case()
 
 finish()
