@@ -503,7 +503,8 @@ void map_surface_stress(const sim::BodySurface& known, const std::vector<interp:
     std::vector<interp::FaceFoot> own;
     for (size_t v = 0; v < feet.size(); ++v) {
       bool moved = false;
-      for (size_t k = 0; k < static_cast<size_t>(feet[v].count); ++k) moved = moved || (has[static_cast<size_t>(feet[v].point[k])] && feet[v].value[k] != 0.0);
+      for (size_t k = 0; k < static_cast<size_t>(feet[v].count); ++k)
+        moved = moved || (has[static_cast<size_t>(feet[v].point[k])] && feet[v].value[k] != 0.0);
       if (!moved) continue;
       other.vertices.push_back(static_cast<int>(v));
       own.push_back(feet[v]);
@@ -534,7 +535,8 @@ bool map_shapes(const sim::ResultBody& body, const sim::BodySurface& known, cons
       if (render::Mesh surface = element_mesh(known, body.name);
           known.other_points.empty() && !render::turn_shells_outwards(surface).closed)
         model.warnings.push_back(
-            "its elements are shells: their stress is that of the face to which their normals point; reduce it again for the larger of both");
+            "its elements are shells: their stress is that of the face to which their normals point; reduce it again for the larger of "
+            "both");
     } else
       model.warnings.push_back(
           "no stress modes are known (flexframe reduce --stress): not coloured by stress; color_by = \"strain\" needs none");

@@ -24,7 +24,7 @@ struct BodySurface {
   MatX stress;              // 6 m x n, Pa, xx yy zz xy yz xz per elastic coordinate, averaged over the elements of a node; or empty
   MatX load_stress;         // 6 m x 12, Pa, per InertiaLoads: the static stress that the coordinates leave out; or empty
   // Stress that points have besides: on a shell's other face, in other plates that meet there.
-  std::vector<int> other_points;          // k, ascending, as often as a point has one
+  std::vector<int> other_points;         // k, ascending, as often as a point has one
   MatX other_stress, other_load_stress;  // 6 k x n, 6 k x 12
 };
 

@@ -39,12 +39,12 @@ class InpResolver {
   FeModel model;
   FeComplaints complaints;
   std::vector<InpSpace> spaces;
-  std::map<int, Mat3> transformed;                         // node -> its axes
-  std::map<int, InpKind> kinds;                            // of lumped elements
-  std::map<int, int> rotation_nodes;                       // node that stands for the rotations of another
-  std::map<int, Vec3> pilots;                              // of *MPC, MEANROT: nodes whose first motion is a turn about this axis
-  std::vector<int> offsets;                                // of the numbers of each space, to those of the model
-  std::unordered_map<int, const InpSection*> sectioned;        // element -> the section that it has
+  std::map<int, Mat3> transformed;                       // node -> its axes
+  std::map<int, InpKind> kinds;                          // of lumped elements
+  std::map<int, int> rotation_nodes;                     // node that stands for the rotations of another
+  std::map<int, Vec3> pilots;                            // of *MPC, MEANROT: nodes whose first motion is a turn about this axis
+  std::vector<int> offsets;                              // of the numbers of each space, to those of the model
+  std::unordered_map<int, const InpSection*> sectioned;  // element -> the section that it has
   std::set<std::pair<const InpSection*, const InpSection*>> told_sections;
   std::map<int, int> beam_directions;                      // beam -> node that its first direction points to
   std::vector<PartialMean> partial_means;                  // distributing couplings of some directions

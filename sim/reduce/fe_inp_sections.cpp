@@ -27,8 +27,9 @@ int InpResolver::axes_for(int space, const std::string& name, const InpPlace& pl
 void InpResolver::warn_of_section(int element, const InpSection& s) {
   const InpSection*& before = sectioned[element];
   const auto alike = [](const InpSection& a, const InpSection& b) {
-    return inp_upper(a.material) == inp_upper(b.material) && a.orientation == b.orientation && a.numbers == b.numbers && a.offset == b.offset &&
-           a.shape == b.shape && a.n1 == b.n1 && a.layers.empty() && b.layers.empty() && !a.own_constants && !b.own_constants;
+    return inp_upper(a.material) == inp_upper(b.material) && a.orientation == b.orientation && a.numbers == b.numbers &&
+           a.offset == b.offset && a.shape == b.shape && a.n1 == b.n1 && a.layers.empty() && b.layers.empty() && !a.own_constants &&
+           !b.own_constants;
   };
   if (before != nullptr && before != &s && !alike(*before, s) && told_sections.insert({before, &s}).second)
     model.warnings.push_back(fmt::format("{}: element {} has a section already ({}): this one counts, as in CalculiX; Abaqus refuses it",

@@ -392,7 +392,8 @@ bool InpTableReader::material_word() {
                                                 "ORTHO", "ORTHOTROPIC", "ANISO",     "ANISOTROPIC",          "LAMINA"};
     if (!kinds.contains(kind))
       refuse(fmt::format("*ELASTIC, TYPE={}: ISO, ENGINEERING CONSTANTS, ORTHOTROPIC, ANISOTROPIC or LAMINA can be read", kind));
-    const bool again = std::any_of(elastics.begin(), elastics.end(), [&](const InpElastic& e) { return e.material + 1 == deck.materials.size(); });
+    const bool again =
+        std::any_of(elastics.begin(), elastics.end(), [&](const InpElastic& e) { return e.material + 1 == deck.materials.size(); });
     if (again && !skip) warn_again();
     if (!skip) elastics.push_back({deck.materials.size() - 1, kind.empty() ? "ISO" : kind, {}, at});
   } else if (w == "DENSITY" || w == "HYPERELASTIC") {

@@ -131,7 +131,7 @@ class Reader {
   size_t at = 0;
   bool binary = false, four = false, version = false;
   std::unordered_map<long, int> node_index;
-  std::map<std::pair<int, int>, std::string> physical_names;         // (dimension, tag)
+  std::map<std::pair<int, int>, std::string> physical_names;          // (dimension, tag)
   std::map<std::pair<int, int>, std::vector<int>> entity_physicals;   // format 4
   std::map<std::pair<int, int>, std::vector<int>> parts_of_entities;  // of a mesh cut into partitions, whose elements name these
   struct Raw {

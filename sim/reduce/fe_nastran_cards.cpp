@@ -113,9 +113,9 @@ class CardReader {
 
  private:
   bool ended = false;
-  std::string goes_on;                       // what the last line says its continuation begins with
+  std::string goes_on;                        // what the last line says its continuation begins with
   std::pair<std::string, std::string> tenth;  // of the last line in free fields, where it is a number, and FILE:LINE
-  std::map<std::string, size_t> open_cards;  // cards that have such a name and were not followed by their continuation
+  std::map<std::string, size_t> open_cards;   // cards that have such a name and were not followed by their continuation
 
   void complain(const std::string& text) { deck.complaints.push_back(text); }
 
@@ -127,7 +127,8 @@ class CardReader {
     const std::string rest = trimmed(words.substr(equals + 1));
     const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), value);
     if ((key != "SPC" && key != "MPC" && key != "NSM") || error != std::errc()) return;
-    if (const auto [first, fresh] = deck.chosen.try_emplace(key, value); !fresh && first->second != value) deck.also_chosen[key].insert(value);
+    if (const auto [first, fresh] = deck.chosen.try_emplace(key, value); !fresh && first->second != value)
+      deck.also_chosen[key].insert(value);
   }
 
   void take(const std::string& line, int file, int number) {

@@ -68,7 +68,8 @@ Mat3X normals_of(const FeModel& model, const FeElement& e) {
 
 }  // namespace
 
-std::vector<std::vector<MatX>> stresses_at_nodes(const FeModel& model, const FeSystem& system, const MatX& U, const std::vector<int>& nodes) {
+std::vector<std::vector<MatX>> stresses_at_nodes(const FeModel& model, const FeSystem& system, const MatX& U,
+                                                 const std::vector<int>& nodes) {
   std::unordered_map<int, size_t> place;
   for (size_t i = 0; i < nodes.size(); ++i) place.emplace(nodes[i], i);
   std::vector<std::vector<StressPart>> parts(nodes.size());

@@ -130,7 +130,8 @@ struct ShellFace {
 
 // The face that the normal points to, or the other one.
 ShellFace face_of(const FeShellLaw& law, bool other) {
-  return other ? ShellFace{law.plies.front().membrane, law.plies.front().lower} : ShellFace{law.plies.back().membrane, law.plies.back().upper};
+  return other ? ShellFace{law.plies.front().membrane, law.plies.front().lower}
+               : ShellFace{law.plies.back().membrane, law.plies.back().upper};
 }
 
 // Stress xx yy xy at the corners on a face, 3 x 4. u: 24 local motions.
@@ -268,8 +269,7 @@ MatX triangle_stress(const Eigen::Matrix<double, 3, 2>& p, const FeShellLaw& law
     bending.segment<3>(3 * i) = u.segment<3>(6 * i + 2);
   }
   MatX out(3, 3);
-  for (Eigen::Index i = 0; i < 3; ++i)
-    out.col(i) = face.membrane * (membrane + face.height * (bent.curvature(Vec3::Unit(i)) * bending));
+  for (Eigen::Index i = 0; i < 3; ++i) out.col(i) = face.membrane * (membrane + face.height * (bent.curvature(Vec3::Unit(i)) * bending));
   return out;
 }
 

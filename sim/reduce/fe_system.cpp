@@ -440,8 +440,8 @@ struct Idle {
 
 // Motions of a node, of those in `own`, that have neither stiffness nor mass. K is positive semi-definite: where a node's own block has no
 // stiffness in a direction the whole row has none. Turns are measured by the length that makes them as stiff as translations.
-void add_idle(int node, const std::vector<int>& own, const std::vector<bool>& turns, const std::vector<int>& column, const FeReduced& reduced,
-              std::vector<Idle>& out) {
+void add_idle(int node, const std::vector<int>& own, const std::vector<bool>& turns, const std::vector<int>& column,
+              const FeReduced& reduced, std::vector<Idle>& out) {
   const auto size = static_cast<Eigen::Index>(own.size());
   MatX K = MatX::Zero(size, size), M = K;
   double moved = 0.0, turned = 0.0;
@@ -476,8 +476,8 @@ void add_idle(int node, const std::vector<int>& own, const std::vector<bool>& tu
   }
 }
 
-// Of all nodes that may have some: rotations, and of reference points and nodes in equations all six motions together, since a point beside a
-// line of nodes that it carries moves as it turns about that line. Translations of nodes of elements always have stiffness and mass.
+// Of all nodes that may have some: rotations, and of reference points and nodes in equations all six motions together, since a point beside
+// a line of nodes that it carries moves as it turns about that line. Translations of nodes of elements always have stiffness and mass.
 std::vector<Idle> idle_motions(const FeModel& model, const FeSystem& system, const FeReduced& reduced) {
   std::vector<bool> asked(model.nodes.size(), false);
   for (const FeSpider& spider : model.spiders) asked[spider.node] = true;

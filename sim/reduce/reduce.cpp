@@ -816,8 +816,7 @@ class Reducer {
       layers = layers || (e.section >= 0 && model.layups[e.section].layers.size() > 1);
     }
     if (beams > 0) report().warnings.push_back(fmt::format("stress: {} beams and rods have none: what they carry is not shown", beams));
-    if (layers)
-      report().warnings.push_back("stress: of layered shells that of the outer faces alone: layers between them may carry more");
+    if (layers) report().warnings.push_back("stress: of layered shells that of the outer faces alone: layers between them may carry more");
     if (shells && !options.surface)
       report().warnings.push_back(
           "stress: of shells that of the face to which their normals point, at folds of one of the plates: the other face may carry more; "
@@ -853,7 +852,8 @@ class Reducer {
   void add_surface_stress(const MatX& U, const std::vector<int>& nodes) {
     BodySurface& surface = out.surface;
     const Eigen::Index m = std::ssize(nodes);
-    const auto stress = stresses_at_nodes(model, system, U, nodes), left_out = stresses_at_nodes(model, system, left_out_of_inertia(), nodes);
+    const auto stress = stresses_at_nodes(model, system, U, nodes),
+               left_out = stresses_at_nodes(model, system, left_out_of_inertia(), nodes);
     for (size_t i = 0; i < nodes.size(); ++i)
       for (size_t part = 1; part < stress[i].size(); ++part) surface.other_points.push_back(static_cast<int>(i));
     const Eigen::Index others = std::ssize(surface.other_points);
@@ -862,7 +862,8 @@ class Reducer {
       other = MatX::Zero(6 * others, columns);
       Eigen::Index next = 0;
       for (Eigen::Index i = 0; i < m; ++i)
-        for (size_t part = 0; part < of[i].size(); ++part) (part == 0 ? first : other).middleRows(part == 0 ? 6 * i : 6 * next++, 6) = of[i][part];
+        for (size_t part = 0; part < of[i].size(); ++part)
+          (part == 0 ? first : other).middleRows(part == 0 ? 6 * i : 6 * next++, 6) = of[i][part];
     };
     fill(stress, U.cols(), surface.stress, surface.other_stress);
     fill(left_out, 12, surface.load_stress, surface.other_load_stress);

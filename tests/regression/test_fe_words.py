@@ -208,6 +208,42 @@ def turning_interfaces():
     expect(not any("resists no turn" in w for w in told["warnings"]), f"the beam holds its end: {told['warnings']}")
 
 
+def turning_means():
+    """RBE3 that counts all six motions of its grids: the weighted mean of translations and turns, which weigh by the mean distance squared;
+    MPC with its shares is the same."""
+    nx, ny = 6, 2
+    grids = {(i, j): 1 + i + (nx + 1) * j for j in range(ny + 1) for i in range(nx + 1)}
+    place = {n: np.array([0.05 * i, 0.05 * j, 0.0]) for (i, j), n in grids.items()}
+    bulk = "".join(f"GRID,{n},,{x[0]:.9g},{x[1]:.9g},0.\n" for n, x in place.items())
+    for k, (i, j) in enumerate(((i, j) for i in range(nx) for j in range(ny)), 1):
+        bulk += f"CQUAD4,{k},1,{grids[i, j]},{grids[i + 1, j]},{grids[i + 1, j + 1]},{grids[i, j + 1]}\n"
+    bulk += f"PSHELL,1,1,.004,1,,1\nMAT1,1,{YOUNG:.3e},,.3,{STEEL}\n" + "".join(f"SPC1,1,123456,{grids[0, j]}\n" for j in range(ny + 1))
+    point = np.array([0.33, 0.04, 0.02])
+    bulk += f"GRID,900,,{point[0]},{point[1]},{point[2]}\nCONM2,901,900,,.5\n"
+    for ids in ([grids[nx, j] for j in range(ny + 1)], [grids[nx, 0], grids[nx, 1], grids[nx - 1, 0]]):
+        arms = [place[n] - point for n in ids]
+        length = np.mean([np.linalg.norm(r) for r in arms])
+        weighed = []
+        for x, y, z in arms:
+            motion = np.eye(6)
+            motion[:3, 3:] = [[0, z, -y], [-z, 0, x], [y, -x, 0]]
+            weighed.append((motion, motion.T @ np.diag([1.0] * 3 + [length**2] * 3)))
+        shares = np.linalg.solve(sum(w @ m for m, w in weighed), np.hstack([w for _, w in weighed]))
+        equations = ""
+        for d in range(6):
+            terms = [(900, d + 1, -1.0)] + [(n, e + 1, shares[d, 6 * k + e]) for k, n in enumerate(ids) for e in range(6)]
+            terms = [t for t in terms if abs(t[2]) > 1e-13]
+            rows = ["".join(f",{n},{e},{c:.10e}" for n, e, c in terms[k : k + 2]) for k in range(0, len(terms), 2)]
+            equations += "MPC,3" + "\n,".join(rows) + "\n"
+        wanted = reduced("mean.bdf", f"BEGIN BULK\n{bulk}{equations}ENDDATA\n")["frequencies"]
+        mean = f"RBE3,500,,900,123456,1.,123456,{ids[0]},{ids[1]}\n,{ids[2]}\n"
+        found = reduced("mean.bdf", f"BEGIN BULK\n{bulk}{mean}ENDDATA\n")["frequencies"]
+        for a, b in zip(found, wanted):
+            near(a, b, 1e-6 * b, "RBE3 of translations and turns")
+    told = reduced("mean.bdf", f"BEGIN BULK\n{bulk}{mean.replace('1.,123456', '1.,12346')}ENDDATA\n")["warnings"]
+    expect(any("takes translations of its grids alone" in w for w in told), f"RBE3 of some turns: {told}")
+
+
 def turned(points, degrees=35.0):
     """About (1, 2, 3)."""
     n = np.array([1.0, 2.0, 3.0]) / math.sqrt(14)
@@ -314,7 +350,19 @@ def chosen():
 
 with temporary_folder() as name:
     folder = pathlib.Path(name)
-    for case in (averaging, soft_shells, inertia, bushes, directions, handedness, turning_interfaces, idle_turns, hourglass, chosen):
+    for case in (
+        averaging,
+        soft_shells,
+        inertia,
+        bushes,
+        directions,
+        handedness,
+        turning_interfaces,
+        turning_means,
+        idle_turns,
+        hourglass,
+        chosen,
+    ):
         case()
 
 finish()
