@@ -83,13 +83,18 @@ double set_surface(const sim::BodySurface& surface, int k, sim::ResultBody& b) {
   return largest;
 }
 
-// Von Mises stress of the surface's nodes in each picture, Pa.
+double von_mises(const sim::Vec6& s) {  // xx yy zz xy yz xz
+  const sim::Vec3 apart(s[0] - s[1], s[1] - s[2], s[2] - s[0]);
+  return std::sqrt(0.5 * apart.squaredNorm() + 3.0 * s.tail<3>().squaredNorm());
+}
+
+// Von Mises stress of the surface's nodes in each picture, Pa: the largest that a node has.
 sim::MatX surface_von_mises(const sim::BodySurface& surface, int k, const sim::VecX& q) {
   sim::VecX unit(surface.points.rows());
-  for (Eigen::Index i = 0; i < unit.size(); ++i) {
-    const sim::Vec6 s = surface.stress.col(k).segment<6>(6 * i);  // xx yy zz xy yz xz
-    const sim::Vec3 apart(s[0] - s[1], s[1] - s[2], s[2] - s[0]);
-    unit[i] = std::sqrt(0.5 * apart.squaredNorm() + 3.0 * s.tail<3>().squaredNorm());
+  for (Eigen::Index i = 0; i < unit.size(); ++i) unit[i] = von_mises(surface.stress.col(k).segment<6>(6 * i));
+  for (size_t i = 0; i < surface.other_points.size(); ++i) {
+    double& there = unit[surface.other_points[i]];
+    there = std::max(there, von_mises(surface.other_stress.col(k).segment<6>(6 * static_cast<Eigen::Index>(i))));
   }
   return q.cwiseAbs() * unit.transpose();
 }

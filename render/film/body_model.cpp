@@ -470,6 +470,49 @@ void set_material(const sim::ResultBody& body, const BodyLook& look, const Rende
   if (look.color) model.material.color = *look.color;
 }
 
+// Columns per elastic coordinate, then of inertia and weight where they count.
+sim::MatX stress_columns(const sim::MatX& stress, const sim::MatX& load_stress, bool loads) {
+  sim::MatX field(stress.rows(), stress.cols() + (loads ? 12 : 0));
+  field.leftCols(stress.cols()) = stress;
+  if (loads && load_stress.size() > 0) field.rightCols(12) = load_stress;
+  else if (loads) field.rightCols(12).setZero();
+  return field;
+}
+
+// Stress of the vertices: the first that each point of the surface has, then fields in which those points that have another one show it.
+void map_surface_stress(const sim::BodySurface& known, const std::vector<interp::FaceFoot>& feet, BodyModel& model) {
+  const sim::MatX first = stress_columns(known.stress, known.load_stress, model.stress_of_loads),
+                  others = stress_columns(known.other_stress, known.other_load_stress, model.stress_of_loads);
+  model.stress = interp::map_field(feet, 6, first);
+  // The n-th other stress of every point that has as many.
+  std::vector<int> turn(known.other_points.size(), 0);
+  int most = 0;
+  for (size_t k = 0; k < turn.size(); ++k) {
+    if (k > 0 && known.other_points[k] == known.other_points[k - 1]) turn[k] = turn[k - 1] + 1;
+    most = std::max(most, turn[k] + 1);
+  }
+  for (int n = 0; n < most; ++n) {
+    sim::MatX field = first;
+    std::vector<bool> has(static_cast<size_t>(known.points.rows()), false);
+    for (size_t k = 0; k < turn.size(); ++k) {
+      if (turn[k] != n) continue;
+      has[static_cast<size_t>(known.other_points[k])] = true;
+      field.middleRows(6 * Eigen::Index{known.other_points[k]}, 6) = others.middleRows(6 * static_cast<Eigen::Index>(k), 6);
+    }
+    BodyModel::OtherStress& other = model.other_stress.emplace_back();
+    std::vector<interp::FaceFoot> own;
+    for (size_t v = 0; v < feet.size(); ++v) {
+      bool moved = false;
+      for (size_t k = 0; k < static_cast<size_t>(feet[v].count); ++k)
+        moved = moved || (has[static_cast<size_t>(feet[v].point[k])] && feet[v].value[k] != 0.0);
+      if (!moved) continue;
+      other.vertices.push_back(static_cast<int>(v));
+      own.push_back(feet[v]);
+    }
+    other.stress = interp::map_field(own, 6, field);
+  }
+}
+
 // By the shapes that the body's file knows. False: its mesh is something else.
 bool map_shapes(const sim::ResultBody& body, const sim::BodySurface& known, const RenderSettings& settings, BodyModel& model) {
   const interp::FaceMesh faces = face_mesh(known);
@@ -484,16 +527,16 @@ bool map_shapes(const sim::ResultBody& body, const sim::BodySurface& known, cons
   if (settings.color_by == ColorBy::stress) {
     if (known.stress.size() > 0) {
       model.stress_of_loads = settings.inertia && known.load_stress.size() > 0;
-      sim::MatX field(known.stress.rows(), known.stress.cols() + (model.stress_of_loads ? known.load_stress.cols() : 0));
-      field.leftCols(known.stress.cols()) = known.stress;
-      if (model.stress_of_loads) field.rightCols(known.load_stress.cols()) = known.load_stress;
-      model.stress = interp::map_field(*feet, 6, field);
+      map_surface_stress(known, *feet, model);
       if (settings.inertia && known.load_stress.size() == 0)
         model.warnings.push_back(
             "its file was made by an older version: stress of inertia and weight that its modes leave out is not in the colours; reduce it "
             "again");
-      if (render::Mesh surface = element_mesh(known, body.name); !render::turn_shells_outwards(surface).closed)
-        model.warnings.push_back("its elements are shells: their stress is that of the face to which their normals point");
+      if (render::Mesh surface = element_mesh(known, body.name);
+          known.other_points.empty() && !render::turn_shells_outwards(surface).closed)
+        model.warnings.push_back(
+            "its elements are shells: their stress is that of the face to which their normals point; reduce it again for the larger of "
+            "both");
     } else
       model.warnings.push_back(
           "no stress modes are known (flexframe reduce --stress): not coloured by stress; color_by = \"strain\" needs none");

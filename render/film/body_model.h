@@ -97,6 +97,12 @@ struct BodyModel {
   std::vector<int> welded;                          // colour by strain: vertices at one place have one number
   std::optional<interp::ModeColumns>
       stress;  // colour by stress of a modal body that knows its stress modes: 6 M rows, xx yy zz xy yz xz of each vertex, Pa
+  // What vertices have besides: on a shell's other face, in other plates that meet there; what is largest of all is shown.
+  struct OtherStress {
+    std::vector<int> vertices;
+    interp::ModeColumns stress;  // 6 rows a vertex
+  };
+  std::vector<OtherStress> other_stress;
   bool stress_of_loads = false;           // its last columns are of sim::InertiaLoads, what the modes leave out
   sim::Vec3 gravity = sim::Vec3::Zero();  // m/s^2, world
   std::optional<BeamStress> beam_stress;  // colour by stress of a beam, or

@@ -187,6 +187,27 @@ void stress_coordinates(const ColoredBody& of, const SamplePlace& place, std::ve
   q.insert(q.end(), loads.begin(), loads.end());
 }
 
+// A number of each stress (6 a vertex: xx yy zz xy yz xz).
+void measure_stress(StressMeasure measure, std::span<const float> stress, std::span<float> out) {
+  if (measure == StressMeasure::von_mises) interp::compute_von_mises(stress, out);
+  else if (measure == StressMeasure::tresca) interp::compute_tresca(stress, out);
+  else interp::compute_principal(stress, measure == StressMeasure::max_principal ? 2 : 0, out);
+}
+
+// Where vertices have other stresses besides, the one that counts.
+void take_other_stress(const BodyModel& model, StressMeasure measure, ScalarMemory& work, std::vector<float>& scalars) {
+  for (const BodyModel::OtherStress& other : model.other_stress) {
+    work.before.resize(6 * other.vertices.size());
+    work.after.resize(other.vertices.size());
+    interp::apply_modes(other.stress, work.body.q, work.before, 1);
+    measure_stress(measure, work.before, work.after);
+    for (size_t k = 0; k < other.vertices.size(); ++k) {
+      float& shown = scalars[static_cast<size_t>(other.vertices[k])];
+      shown = measure == StressMeasure::min_principal ? std::min(shown, work.after[k]) : std::max(shown, work.after[k]);
+    }
+  }
+}
+
 // Stress of every vertex, Pa or a share of the yield stress.
 void update_stress(const ColoredBody& of, double t, ScalarMemory& work, std::vector<float>& scalars) {
   const BodyModel& model = of.model;
@@ -205,10 +226,10 @@ void update_stress(const ColoredBody& of, double t, ScalarMemory& work, std::vec
     work.before.resize(6 * vertices);
     interp::apply_modes(*model.stress, work.body.q, work.before, 1);
     scalars.resize(vertices);
-    if (measure == StressMeasure::von_mises) interp::compute_von_mises(work.before, scalars);
-    else if (measure == StressMeasure::tresca) interp::compute_tresca(work.before, scalars);
-    else interp::compute_principal(work.before, measure == StressMeasure::max_principal ? 2 : 0, scalars);
-    if (work.wanted && measure == StressMeasure::von_mises) work.components = work.before;
+    measure_stress(measure, work.before, scalars);
+    // What lies between the corners of faces follows from their components where one stress is there.
+    if (work.wanted && measure == StressMeasure::von_mises && model.other_stress.empty()) work.components = work.before;
+    take_other_stress(model, measure, work, scalars);
   } else if (model.beam_stress) {
     elastic_coordinates(body, place, work.body.q);
     load_strains(body, place, work.body.load_strain);
@@ -248,6 +269,7 @@ int update_stress_vectors(const ColoredBody& of, double t, ScalarMemory& work, s
   const BodyModel& model = of.model;
   const sim::ResultBody& body = of.results.bodies[of.body];
   const bool unknown = of.shares && model.shares_of_yield && !(model.yield_stress > 0.0);
+  if (!model.other_stress.empty()) return 0;
   if (of.settings.stress != StressMeasure::von_mises || unknown || !(model.stress || model.beam_stress) || !model.vertex_nodes.empty())
     return 0;
   const int width = model.stress ? 6 : 3;

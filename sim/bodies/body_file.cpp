@@ -76,6 +76,9 @@ void check_body(const BodyFile& file, const std::string& path) {
   matrix("surface/phi", file.surface.phi, 3 * m, n);
   matrix("surface/stress", file.surface.stress, 6 * m, n);
   matrix("surface/load_stress", file.surface.load_stress, 6 * m, 12);
+  const Eigen::Index others = 6 * std::ssize(file.surface.other_points);
+  matrix("surface/other_stress", file.surface.other_stress, others, n);
+  matrix("surface/other_load_stress", file.surface.other_load_stress, others, 12);
 }
 
 void write_matrices(hid_t file, const FlexibleBody& b) {
@@ -171,6 +174,14 @@ void write_body_surface(hid_t file, const BodySurface& s, hsize_t n) {
         group, "load_stress", node_rows(s.load_stress, 6), {m, 6, 12}, "Pa",
         "static stress that the coordinates leave out, per m/s^2 of weight less acceleration (3), rad/s^2 of angular acceleration "
         "with the other sign (3), rad^2/s^2 of angular velocity: half of xx yy zz, xy xz yz (6)");
+  if (s.other_points.empty()) return;
+  const VecX others = Eigen::Map<const Eigen::VectorXi>(s.other_points.data(), std::ssize(s.other_points)).cast<double>();
+  const auto o = static_cast<hsize_t>(others.size());
+  write_numbers(group, "other_points", others, {o}, "", "points of 'other_stress', from 0");
+  write_numbers(group, "other_stress", node_rows(s.other_stress, 6), {o, 6, n}, "Pa",
+                "as 'stress': what is there besides, on a shell's other face and in other plates that meet there");
+  if (s.other_load_stress.size() > 0)
+    write_numbers(group, "other_load_stress", node_rows(s.other_load_stress, 6), {o, 6, 12}, "Pa", "as 'load_stress'");
 }
 
 void write_further(hid_t file, const FurtherShapes& s) {
@@ -337,6 +348,12 @@ BodySurface read_surface_group(const Reader& reader, hid_t file, int coordinates
   s.phi = node_columns(reader.numbers(group, "phi", path, {m, 3, n}, n == 0));
   s.stress = node_columns(reader.numbers(group, "stress", path, {m, 6, n}, true), 6);
   s.load_stress = node_columns(reader.numbers(group, "load_stress", path, {m, 6, 12}, true), 6);
+  s.other_points = read_indices(reader, group, "other_points", path, static_cast<size_t>(m));
+  if (s.other_points.empty()) return s;
+  if (!std::is_sorted(s.other_points.begin(), s.other_points.end())) reader.fail("dataset '/surface/other_points'", "must be ascending");
+  const auto others = static_cast<hsize_t>(s.other_points.size());
+  s.other_stress = node_columns(reader.numbers(group, "other_stress", path, {others, 6, n}, false), 6);
+  s.other_load_stress = node_columns(reader.numbers(group, "other_load_stress", path, {others, 6, 12}, true), 6);
   return s;
 }
 

@@ -23,6 +23,9 @@ struct BodySurface {
   MatX phi;                 // 3 m x n, displacement per elastic coordinate
   MatX stress;              // 6 m x n, Pa, xx yy zz xy yz xz per elastic coordinate, averaged over the elements of a node; or empty
   MatX load_stress;         // 6 m x 12, Pa, per InertiaLoads: the static stress that the coordinates leave out; or empty
+  // Stress that points have besides: on a shell's other face, in other plates that meet there.
+  std::vector<int> other_points;         // k, ascending, as often as a point has one
+  MatX other_stress, other_load_stress;  // 6 k x n, 6 k x 12
 };
 
 // What inertia and weight load a body with, axes and origin of its coordinates' frame: weight less acceleration (3, m/s^2), angular

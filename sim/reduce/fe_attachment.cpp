@@ -17,11 +17,12 @@ struct Weighted {
   const std::vector<int>& nodes;
   const std::vector<double>& weights;  // empty: equal
   const Vec3& centre;                  // where their motion is wanted
+  const std::vector<double>& turns;    // of rotations; empty: none
 };
 
 // Adds the rows of the rigid motion at the centre that fits the translations of `nodes` best: (sum w B^T B)^-1 sum w B^T u, B = [1,
-// -skew(r)]. Rotations about a line on which all nodes lie cannot be seen by them: they are the mean of the nodes' own, zero where these
-// have none. rows: 0 all six, 3 rotations only. Returns the middle.
+// -skew(r)]; where rotations of nodes count, theirs too. Rotations about a line on which all nodes lie cannot be seen by translations: they
+// are the mean of the nodes' own, zero where these have none. rows: 0 all six, 3 rotations only. Returns the middle.
 Vec3 fit(const FeModel& model, const FeSystem& system, const Weighted& of, int from_row, Triplets& out, FeAttachment* into = nullptr) {
   const std::vector<int>& nodes = of.nodes;
   const auto weight = [&](size_t i) { return of.weights.empty() ? 1.0 : of.weights[i]; };
@@ -43,6 +44,9 @@ Vec3 fit(const FeModel& model, const FeSystem& system, const Weighted& of, int f
     const Vec3 r = model.nodes[nodes[i]] - middle;
     inertia += weight(i) * (r.squaredNorm() * Mat3::Identity() - r * r.transpose());
   }
+  const Mat3 spread = 0.5 * inertia.trace() * Mat3::Identity() - inertia;
+  const auto turns = [&](size_t i) { return of.turns.empty() || system.dof[nodes[i]][3] < 0 ? 0.0 : of.turns[i]; };
+  for (size_t i = 0; i < nodes.size(); ++i) inertia += turns(i) * Mat3::Identity();
   Eigen::SelfAdjointEigenSolver<Mat3> eigen(inertia);
   Vec3 inverse = Vec3::Zero();
   const double scale = of.weights.empty() ? 1.0 : total / static_cast<double>(nodes.size());
@@ -50,7 +54,7 @@ Vec3 fit(const FeModel& model, const FeSystem& system, const Weighted& of, int f
     if (eigen.eigenvalues()(k) > 1e-10 * size * size * scale) inverse(k) = 1.0 / eigen.eigenvalues()(k);
   const Mat3 pseudo = eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
   if (into) {
-    into->spread = 0.5 * inertia.trace() * Mat3::Identity() - inertia;
+    into->spread = spread;
     into->fitted = pseudo;
   }
   const Vec3 arm = of.centre - middle;
@@ -80,6 +84,13 @@ Vec3 fit(const FeModel& model, const FeSystem& system, const Weighted& of, int f
       for (int k = 0; k < 3; ++k) {
         if (from_row == 0 && move(k) != 0.0) out.emplace_back(k, system.dof[n][d], move(k));
         if (turn(k) != 0.0) out.emplace_back(3 + k, system.dof[n][d], turn(k));
+      }
+    }
+    for (int d = 0; d < 3 && turns(i) > 0.0; ++d) {
+      const Vec3 turn = turns(i) * pseudo.col(d), move = turn.cross(arm);
+      for (int k = 0; k < 3 && system.dof[n][3 + d] >= 0; ++k) {
+        if (from_row == 0 && move(k) != 0.0) out.emplace_back(k, system.dof[n][3 + d], move(k));
+        if (turn(k) != 0.0) out.emplace_back(3 + k, system.dof[n][3 + d], turn(k));
       }
     }
   }
@@ -117,7 +128,7 @@ FeAttachment node_attachment(const FeModel& model, const FeSystem& system, const
   if (system.dof[node][3] < 0) {
     a.own_rotation = false;
     const std::vector<double> equal;
-    for (const auto& list : neighbours) fit(model, system, {list, equal, a.position}, 3, t);
+    for (const auto& list : neighbours) fit(model, system, {list, equal, a.position, equal}, 3, t);
   }
   a.motion.resize(6, system.size);
   a.motion.setFromTriplets(t.begin(), t.end());
@@ -129,7 +140,7 @@ FeAttachment averaging_attachment(const FeModel& model, const FeSystem& system, 
   a.id = spider.name.empty() ? fmt::format("{}", model.node_ids[spider.node]) : spider.name;
   a.position = model.nodes[spider.node];
   Triplets t;
-  a.arm = a.position - fit(model, system, {spider.slaves, spider.weights, a.position}, 0, t, &a);
+  a.arm = a.position - fit(model, system, {spider.slaves, spider.weights, a.position, spider.turns}, 0, t, &a);
   if (t.empty()) throw InputError(fmt::format("{}: spider '{}' reaches no node of an element", model.file, spider.name));
   a.motion.resize(6, system.size);
   a.motion.setFromTriplets(t.begin(), t.end());

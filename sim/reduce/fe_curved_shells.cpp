@@ -130,18 +130,6 @@ Vec2 node_place(FeShape shape, int i) {
   return {x[i], y[i]};
 }
 
-// Normals at the nodes.
-Mat3X node_normals(FeShape shape, const Mat3X& X, int id) {
-  Mat3X out(3, X.cols());
-  for (int i = 0; i < X.cols(); ++i) {
-    const Vec2 q = node_place(shape, i);
-    out.col(i) = surface_point(shape, X, q, 1.0, id).axes.col(2);
-    // A fold inside of the element shows as a normal that points back.
-    if (i > 0 && !(out.col(i).dot(out.col(0)) > 0.0)) folded(shape, id);
-  }
-  return out;
-}
-
 // Strains xx yy xy and xz yz at a height, in the point's axes, 5 x 6n, and the volume per area and height.
 struct SolidPoint {
   MatX B;
@@ -186,6 +174,17 @@ void add_drilling(const FeShellPoint& p, double weight, MatX& K) {
 
 }  // namespace
 
+Mat3X curved_shell_normals(FeShape shape, const Mat3X& X, int id) {
+  Mat3X out(3, X.cols());
+  for (int i = 0; i < X.cols(); ++i) {
+    const Vec2 q = node_place(shape, i);
+    out.col(i) = surface_point(shape, X, q, 1.0, id).axes.col(2);
+    // A fold inside of the element shows as a normal that points back.
+    if (i > 0 && !(out.col(i).dot(out.col(0)) > 0.0)) folded(shape, id);
+  }
+  return out;
+}
+
 std::vector<FeShellPoint> shell_points(FeShape shape, const Mat3X& X, int id) {
   const PlaneRule& rule = plane_rule(shape);
   std::vector<FeShellPoint> out;
@@ -195,7 +194,7 @@ std::vector<FeShellPoint> shell_points(FeShape shape, const Mat3X& X, int id) {
 
 void curved_shell_matrices(FeShape shape, const Mat3X& X, const FeLawAt& law_at, int id, MatX& K, MatX& M) {
   const Eigen::Index n = X.cols();
-  const Mat3X normals = node_normals(shape, X, id);
+  const Mat3X normals = curved_shell_normals(shape, X, id);
   K.setZero(6 * n, 6 * n);
   M.setZero(6 * n, 6 * n);
   const double g = 1.0 / std::sqrt(3.0);
@@ -237,7 +236,7 @@ void curved_shell_matrices(FeShape shape, const Mat3X& X, const FeLawAt& law_at,
 
 MatX curved_shell_nodal_stress(FeShape shape, const Mat3X& X, const FeLawAt& law_at, const MatX& u, int id, bool other_face) {
   const Eigen::Index n = X.cols();
-  const Mat3X normals = node_normals(shape, X, id);
+  const Mat3X normals = curved_shell_normals(shape, X, id);
   const PlaneRule& rule = plane_rule(shape);
   const VecX motions = Eigen::Map<const VecX>(u.data(), u.size());
   const std::vector<FeShellPoint> points = shell_points(shape, X, id);

@@ -62,9 +62,9 @@ Mat3 shell_axes(FeShape shape, const Mat3X& X, int id, double& area);
 // translation mass per node, its rotary inertia, and what couples both where the mass lies beside the nodes.
 void shell_matrices(FeShape shape, const Mat3X& X, const FeShellLaw& law, int id, MatX& K, MatX& M);
 
-// Stress at the element's nodes on the face that the normal points to, 6 x n in space axes, from nodal motions (6 x n: ux uy uz rx ry rz):
-// membrane and bending. Quadrangles: Gauss points, extrapolated bilinearly; triangles: at the corners.
-MatX shell_nodal_stress(FeShape shape, const Mat3X& X, const FeShellLaw& law, const MatX& u, int id);
+// Stress at the element's nodes on the face that the normal points to, or the other one, 6 x n in space axes, from nodal motions (6 x n: ux
+// uy uz rx ry rz): membrane and bending. Quadrangles: Gauss points, extrapolated bilinearly; triangles: at the corners.
+MatX shell_nodal_stress(FeShape shape, const Mat3X& X, const FeShellLaw& law, const MatX& u, int id, bool other_face = false);
 
 // Curved shells (triangle6, quadrangle8): matrices and stress as above with consistent mass. law_at gives the law in axes Q at the
 // place where the shape functions have the values N.
@@ -82,6 +82,8 @@ struct FeShellPoint {
   double area = 0.0;
 };
 std::vector<FeShellPoint> shell_points(FeShape shape, const Mat3X& X, int id);
+// Normals of a curved shell at its nodes.
+Mat3X curved_shell_normals(FeShape shape, const Mat3X& X, int id);
 
 // Values and derivatives (n x 2) of a shell's shape functions: quadrangles on [-1, 1]^2, triangles on the unit triangle; corners, then
 // middles.

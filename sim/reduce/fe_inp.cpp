@@ -10,6 +10,7 @@ FeModel InpResolver::run() {
   model.warnings = deck.warnings;
   model.materials = deck.materials;
   complaints.texts = deck.refusals;
+  refuse_other_materials();
   place_spaces();
   // What follows would only name what is missing with the file.
   if (deck.incomplete) complaints.raise(model.file);
@@ -39,6 +40,21 @@ FeModel InpResolver::run() {
   complaints.raise(model.file);
   tell_bricks();
   return std::move(model);
+}
+
+void InpResolver::refuse_other_materials() {
+  std::map<std::string, size_t> first;
+  for (size_t i = 0; i < deck.materials.size(); ++i) {
+    const FeMaterial& m = deck.materials[i];
+    const auto [at, fresh] = first.try_emplace(inp_upper(m.name), i);
+    if (fresh) continue;
+    const FeMaterial& before = deck.materials[at->second];
+    const bool same = m.youngs_modulus == before.youngs_modulus && m.poisson == before.poisson && m.density == before.density &&
+                      m.elasticity == before.elasticity;
+    if (!same)
+      complaints.texts.push_back(fmt::format("{}: *MATERIAL: '{}' is there already ({}), with other constants: give each its own name",
+                                             deck.where(deck.material_places[i]), m.name, deck.where(deck.material_places[at->second])));
+  }
 }
 
 void InpResolver::tell_bricks() {

@@ -18,6 +18,10 @@ void InpTableReader::read_node() {
     x = Vec3(x.x() * std::cos(angle), x.x() * std::sin(angle), x.z());
   }
   x = system_origin + system_axes * x * units.length;
+  for (size_t i = 4; i < f.size(); ++i)
+    if (!f[i].empty() && real(f[i], "normal") != 0.0)
+      warn_once("*NODE with normals",
+                "*NODE: numbers behind the coordinates, in Abaqus normals of shells and beams, are passed over: each element has its own");
   const auto [place, fresh] = s().node_at.try_emplace(id, static_cast<int>(s().nodes.size()));
   if (!fresh) {
     if ((s().nodes[place->second] - x).norm() > 0.0) fail(fmt::format("node {} is defined twice, at two places", id));

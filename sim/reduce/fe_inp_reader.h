@@ -97,6 +97,8 @@ class InpTableReader : public InpLines {
   void begin_element();
   bool set_word();
   FeMaterial& material();
+  // Of a material that has a keyword twice.
+  void warn_again();
   bool material_word();
   bool section_word();
   void begin_section();

@@ -9,6 +9,8 @@
 #include "sim/reduce/fe_tie.h"
 
 #include <functional>
+#include <set>
+#include <unordered_map>
 
 namespace flexframe::sim {
 
@@ -37,11 +39,13 @@ class InpResolver {
   FeModel model;
   FeComplaints complaints;
   std::vector<InpSpace> spaces;
-  std::map<int, Mat3> transformed;                         // node -> its axes
-  std::map<int, InpKind> kinds;                            // of lumped elements
-  std::map<int, int> rotation_nodes;                       // node that stands for the rotations of another
-  std::map<int, Vec3> pilots;                              // of *MPC, MEANROT: nodes whose first motion is a turn about this axis
-  std::vector<int> offsets;                                // of the numbers of each space, to those of the model
+  std::map<int, Mat3> transformed;                       // node -> its axes
+  std::map<int, InpKind> kinds;                          // of lumped elements
+  std::map<int, int> rotation_nodes;                     // node that stands for the rotations of another
+  std::map<int, Vec3> pilots;                            // of *MPC, MEANROT: nodes whose first motion is a turn about this axis
+  std::vector<int> offsets;                              // of the numbers of each space, to those of the model
+  std::unordered_map<int, const InpSection*> sectioned;  // element -> the section that it has
+  std::set<std::pair<const InpSection*, const InpSection*>> told_sections;
   std::map<int, int> beam_directions;                      // beam -> node that its first direction points to
   std::vector<PartialMean> partial_means;                  // distributing couplings of some directions
   std::vector<bool> turning;                               // nodes that have rotations of their own
@@ -94,7 +98,11 @@ class InpResolver {
   const InpAxes* axes_named(int space, const std::string& name, const InpPlace& place, int& whose);
   // Index of the axes of an orientation for an element: one for all where it is rectangular.
   int axes_for(int space, const std::string& name, const InpPlace& place, const FeElement& e);
+  // Two materials of one name.
+  void refuse_other_materials();
   void add_section(int space, const InpSection& s);
+  // Where an element has another section already.
+  void warn_of_section(int element, const InpSection& s);
   // Layers with orientations of their own; cylindrical ones differ from element to element, and so does then the layup.
   void set_layer_axes(int space, const InpSection& s, FeElement& e);
   std::optional<FeBeamSection> circle(const InpSection& s);

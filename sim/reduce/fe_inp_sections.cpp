@@ -24,6 +24,19 @@ int InpResolver::axes_for(int space, const std::string& name, const InpPlace& pl
   return static_cast<int>(model.axes.size()) - 1;
 }
 
+void InpResolver::warn_of_section(int element, const InpSection& s) {
+  const InpSection*& before = sectioned[element];
+  const auto alike = [](const InpSection& a, const InpSection& b) {
+    return inp_upper(a.material) == inp_upper(b.material) && a.orientation == b.orientation && a.numbers == b.numbers &&
+           a.offset == b.offset && a.shape == b.shape && a.n1 == b.n1 && a.layers.empty() && b.layers.empty() && !a.own_constants &&
+           !b.own_constants;
+  };
+  if (before != nullptr && before != &s && !alike(*before, s) && told_sections.insert({before, &s}).second)
+    model.warnings.push_back(fmt::format("{}: element {} has a section already ({}): this one counts, as in CalculiX; Abaqus refuses it",
+                                         deck.where(s.place), model.elements[element].id, deck.where(before->place)));
+  before = &s;
+}
+
 void InpResolver::add_section(int space, const InpSection& s) {
   const std::vector<int> elements = elements_named(space, s.set, s.place, "section");
   if (s.beam) return add_beam_section(space, s, elements);
@@ -40,6 +53,7 @@ void InpResolver::add_section(int space, const InpSection& s) {
     layup = static_cast<int>(model.layups.size()) - 1;
   }
   for (int index : elements) {
+    warn_of_section(index, s);
     FeElement& e = model.elements[index];
     e.material = material;
     if (e.shape == FeShape::beam2) {
@@ -154,6 +168,7 @@ void InpResolver::add_beam_section(int space, const InpSection& s, const std::ve
   for (int index : elements) {
     FeElement& e = model.elements[index];
     if (e.shape != FeShape::beam2) fail(s.place, fmt::format("*BEAM SECTION for element {}, a {}", e.id, fe_name(e.shape)));
+    warn_of_section(index, s);
     e.section = shared;
     e.material = material;
     const auto direction = beam_directions.find(index);
@@ -344,6 +359,11 @@ void InpResolver::add_springs(int space, const InpValue& v) {
 }
 
 void InpResolver::need_properties() {
+  const auto massless = [](const FeElement& e) { return e.shape == FeShape::point_mass && e.thickness == 0.0; };
+  if (const auto first = std::find_if(model.elements.begin(), model.elements.end(), massless); first != model.elements.end())
+    model.warnings.push_back(fmt::format("{}: {} elements of TYPE=MASS (element {} first) have no mass: *MASS gives it",
+                                         place_of(model, *first), std::count_if(model.elements.begin(), model.elements.end(), massless),
+                                         first->id));
   for (const FeElement& e : model.elements)
     if ((e.shape == FeShape::lumped || e.shape == FeShape::beam2) && e.section < 0)
       return complaints.texts.push_back(

@@ -376,10 +376,15 @@ FeMaterial& InpTableReader::material() {
   return deck.materials.back();
 }
 
+void InpTableReader::warn_again() {
+  deck.warnings.push_back(fmt::format("{}: material '{}' has *{} a second time: the last one counts", where(at), material().name, k.name));
+}
+
 bool InpTableReader::material_word() {
   const std::string& w = k.name;
   if (w == "MATERIAL") {
     deck.materials.push_back({need("NAME")});
+    deck.material_places.push_back(at);
   } else if (w == "ELASTIC") {
     material();
     const std::string kind = up("TYPE");
@@ -387,8 +392,12 @@ bool InpTableReader::material_word() {
                                                 "ORTHO", "ORTHOTROPIC", "ANISO",     "ANISOTROPIC",          "LAMINA"};
     if (!kinds.contains(kind))
       refuse(fmt::format("*ELASTIC, TYPE={}: ISO, ENGINEERING CONSTANTS, ORTHOTROPIC, ANISOTROPIC or LAMINA can be read", kind));
+    const bool again =
+        std::any_of(elastics.begin(), elastics.end(), [&](const InpElastic& e) { return e.material + 1 == deck.materials.size(); });
+    if (again && !skip) warn_again();
     if (!skip) elastics.push_back({deck.materials.size() - 1, kind.empty() ? "ISO" : kind, {}, at});
   } else if (w == "DENSITY" || w == "HYPERELASTIC") {
+    if (w == "DENSITY" && material().density != 0.0) warn_again();
     material();
   } else if (w == "INITIAL CONDITIONS") {
     skip = up("TYPE") != "TEMPERATURE";

@@ -182,6 +182,7 @@ struct InpDeck {
   std::vector<InpScope> scopes;  // the first: outside of parts
   std::vector<InpInstance> instances;
   std::vector<FeMaterial> materials;
+  std::vector<InpPlace> material_places;
   std::vector<std::string> files, notes, warnings, refusals;
   bool abaqus = false;                          // words that only Abaqus has: parts, *OUTPUT
   bool incomplete = false;                      // a file that is named is not there

@@ -6,7 +6,6 @@
 #include "sim/reduce/fe_turning_mass.h"
 
 #include <array>
-#include <unordered_map>
 
 namespace flexframe::sim {
 namespace {
@@ -306,7 +305,7 @@ MatX shell_stress(const FeModel& model, const FeElement& e, const Mat3X& X, cons
     return curved_shell_nodal_stress(
         e.shape, X, [&](const Mat3& Q, const VecX& N) { return shell_law_at(model, e, Q, N); }, motions, e.id, other_face);
   double area = 0.0;
-  return shell_nodal_stress(e.shape, X, shell_law(model, e, shell_axes(e.shape, X, e.id, area)), motions, e.id);
+  return shell_nodal_stress(e.shape, X, shell_law(model, e, shell_axes(e.shape, X, e.id, area)), motions, e.id, other_face);
 }
 
 }  // namespace
@@ -323,32 +322,6 @@ MatX element_stress(const FeModel& model, const FeSystem& system, const FeElemen
   MatX out(6 * static_cast<Eigen::Index>(e.count), n);
   for (int k = 0; k < n; ++k) out.col(k) = shell_stress(model, e, X, motions_at(model, system, e, U, k), other_face).reshaped();
   return out;
-}
-
-std::vector<MatX> nodal_stress(const FeModel& model, const FeSystem& system, const MatX& U, const std::vector<int>& nodes) {
-  const int n = static_cast<int>(U.cols());
-  std::unordered_map<int, int> place;
-  for (size_t i = 0; i < nodes.size(); ++i) place.emplace(nodes[i], static_cast<int>(i));
-  std::vector<MatX> sum(nodes.size(), MatX::Zero(6, n));
-  std::vector<int> count(nodes.size(), 0);
-  for (const FeElement& e : model.elements) {
-    const bool shell = fe_is_shell(e.shape);
-    if (!shell && !fe_is_solid(e.shape)) continue;
-    bool wanted = false;
-    for (int i = 0; i < e.count; ++i) wanted = wanted || place.contains(model.connectivity[e.first + i]);
-    if (!wanted) continue;
-    const MatX stress = element_stress(model, system, e, U);
-    for (int i = 0; i < e.count; ++i)
-      if (const auto it = place.find(model.connectivity[e.first + i]); it != place.end())
-        sum[it->second] += stress.middleRows(6 * Eigen::Index{i}, 6);
-    for (int i = 0; i < e.count; ++i)
-      if (const auto it = place.find(model.connectivity[e.first + i]); it != place.end()) ++count[it->second];
-  }
-  for (size_t i = 0; i < nodes.size(); ++i) {
-    if (count[i] > 0) sum[i] /= count[i];
-    else sum[i].resize(6, 0);
-  }
-  return sum;
 }
 
 }  // namespace flexframe::sim

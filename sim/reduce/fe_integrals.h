@@ -45,12 +45,7 @@ MatX second_order_work(const FeModel& model, const FeSystem& system, const MatX&
 MatX linear_mass_loads(const FeModel& model, const FeSystem& system);
 
 // Stress per field at the nodes of a solid or shell, 6 rows a node (xx yy zz xy yz xz) x n, in space axes; of shells on the face that
-// their normals point to.
-// other_face: of shells with mid-side nodes, the stress on the face that the normal does not point to.
+// their normals point to, or on the other one.
 MatX element_stress(const FeModel& model, const FeSystem& system, const FeElement& e, const MatX& U, bool other_face = false);
-
-// Stress per field at the asked nodes: 6 x n each (xx yy zz xy yz xz), averaged over the elements around the node; of shells on the face
-// that their normals point to.
-std::vector<MatX> nodal_stress(const FeModel& model, const FeSystem& system, const MatX& U, const std::vector<int>& nodes);
 
 }  // namespace flexframe::sim

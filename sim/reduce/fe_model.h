@@ -105,6 +105,7 @@ struct FeSpider {
   std::vector<int> slaves;      // indices
   int line = 0;                 // of the file
   std::vector<double> weights;  // of an averaging one, as slaves; empty: equal
+  std::vector<double> turns;    // of its nodes' rotations, as slaves, m^2 (a length squared times the weight); empty: they do not count
 };
 
 struct FeConstraint {

@@ -100,6 +100,7 @@ class Reader {
       if (section == "$MeshFormat") read_format();
       else if (section == "$PhysicalNames") read_names();
       else if (section == "$Entities") read_entities();
+      else if (section == "$PartitionedEntities") read_partitioned_entities();
       else if (section == "$Nodes") nodes = true, four ? read_nodes4() : read_nodes2();
       else if (section == "$Elements") {
         if (!nodes) fail("$Elements before $Nodes");
@@ -130,8 +131,9 @@ class Reader {
   size_t at = 0;
   bool binary = false, four = false, version = false;
   std::unordered_map<long, int> node_index;
-  std::map<std::pair<int, int>, std::string> physical_names;         // (dimension, tag)
-  std::map<std::pair<int, int>, std::vector<int>> entity_physicals;  // format 4
+  std::map<std::pair<int, int>, std::string> physical_names;          // (dimension, tag)
+  std::map<std::pair<int, int>, std::vector<int>> entity_physicals;   // format 4
+  std::map<std::pair<int, int>, std::vector<int>> parts_of_entities;  // of a mesh cut into partitions, whose elements name these
   struct Raw {
     long id;
     int type;
@@ -239,6 +241,29 @@ class Reader {
       }
   }
 
+  // Parts of entities, which have the physical groups of those that they are parts of.
+  void read_partitioned_entities() {
+    if (binary) line_end();
+    size8();  // partitions
+    for (size_t k = counted(size8()); k > 0; --k) int4(), int4();
+    size_t counts[4];
+    for (size_t& c : counts) c = counted(size8());
+    for (int dimension = 0; dimension < 4; ++dimension)
+      for (size_t i = 0; i < counts[dimension]; ++i) {
+        const int tag = static_cast<int>(int4()), parent_dimension = static_cast<int>(int4()), parent = static_cast<int>(int4());
+        for (size_t k = counted(size8()); k > 0; --k) int4();
+        for (int k = 0; k < (dimension == 0 ? 3 : 6); ++k) real();
+        std::vector<int> own;
+        for (size_t k = counted(size8()); k > 0; --k) own.push_back(static_cast<int>(int4()));
+        if (const auto whole = entity_physicals.find({parent_dimension, parent});
+            own.empty() && parent_dimension == dimension && whole != entity_physicals.end())
+          own = whole->second;
+        parts_of_entities[{dimension, tag}] = std::move(own);
+        if (dimension > 0)
+          for (size_t k = counted(size8()); k > 0; --k) int4();
+      }
+  }
+
   void add_node(long id, double x, double y, double z) {
     if (id < 1 || id > 2147483647L) fail(fmt::format("node number {} is out of range", id));
     if (!node_index.try_emplace(id, static_cast<int>(model.nodes.size())).second) fail(fmt::format("node {} is defined twice", id));
@@ -325,12 +350,13 @@ class Reader {
     for (size_t b = 0; b < blocks; ++b) {
       const int dimension = static_cast<int>(int4()), entity = static_cast<int>(int4()), type = static_cast<int>(int4());
       const Type t = known_type(type);
-      const auto physicals = entity_physicals.find({dimension, entity});
+      const auto& groups = parts_of_entities.empty() ? entity_physicals : parts_of_entities;
+      const auto physicals = groups.find({dimension, entity});
       for (size_t k = counted(size8()); k > 0; --k) {
         const long id = size8();
         std::vector<long> nodes(t.nodes);
         for (long& n : nodes) n = size8();
-        add_element(id, type, physicals == entity_physicals.end() ? std::vector<int>{} : physicals->second, std::move(nodes));
+        add_element(id, type, physicals == groups.end() ? std::vector<int>{} : physicals->second, std::move(nodes));
       }
     }
   }

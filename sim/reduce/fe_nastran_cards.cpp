@@ -86,12 +86,18 @@ class CardReader {
              fmt::format("{}:{}", path.string(), number));
         continue;
       }
+      if (words.starts_with("BEGIN") && (words.find("SUPER") != std::string::npos || words.find("AUXM") != std::string::npos)) {
+        complain(fmt::format("{}:{}: {}: superelements and auxiliary models cannot be read: give the whole model behind one BEGIN BULK",
+                             path.string(), number, trimmed(line)));
+        continue;
+      }
       if (words.starts_with("BEGIN") && words.find("BULK") != std::string::npos) {
         // What stood before was executive and case control.
         deck.cards.clear();
         deck.complaints.clear();
         open_cards.clear();
         goes_on.clear();
+        tenth = {};
         continue;
       }
       if (words.starts_with("ENDDATA")) {
@@ -101,13 +107,15 @@ class CardReader {
       case_control(words);
       take(line, file, number);
     }
+    if (depth == 0) complain_of_tenth("");
     require_whole(in, path);
   }
 
  private:
   bool ended = false;
-  std::string goes_on;                       // what the last line says its continuation begins with
-  std::map<std::string, size_t> open_cards;  // cards that have such a name and were not followed by their continuation
+  std::string goes_on;                        // what the last line says its continuation begins with
+  std::pair<std::string, std::string> tenth;  // of the last line in free fields, where it is a number, and FILE:LINE
+  std::map<std::string, size_t> open_cards;   // cards that have such a name and were not followed by their continuation
 
   void complain(const std::string& text) { deck.complaints.push_back(text); }
 
@@ -118,7 +126,9 @@ class CardReader {
     int value = 0;
     const std::string rest = trimmed(words.substr(equals + 1));
     const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), value);
-    if ((key == "SPC" || key == "MPC" || key == "NSM") && error == std::errc()) deck.chosen.try_emplace(key, value);
+    if ((key != "SPC" && key != "MPC" && key != "NSM") || error != std::errc()) return;
+    if (const auto [first, fresh] = deck.chosen.try_emplace(key, value); !fresh && first->second != value)
+      deck.also_chosen[key].insert(value);
   }
 
   void take(const std::string& line, int file, int number) {
@@ -161,6 +171,8 @@ class CardReader {
     tail = upper(tail);
     for (std::string& part : parts) part = upper(part);
     const bool more = head.empty() || head[0] == '+' || head[0] == '*';
+    complain_of_tenth(more ? head : "");
+    if (free && is_number(tail)) tenth = {tail, fmt::format("{}:{}", deck.files[file], number)};
     if (more) {
       if (deck.cards.empty()) return;
       // It belongs to the line before, unless both have names and these differ: then to the one that names it.
@@ -183,6 +195,16 @@ class CardReader {
     card.line = number;
     deck.cards.push_back(std::move(card));
     leave_open(tail, deck.cards.size() - 1);
+  }
+
+  static bool is_number(const std::string& s) { return !s.empty() && s.find_first_not_of("0123456789.-") == std::string::npos; }
+
+  // In free fields a tenth one that is a number was meant as data, unless the next line (its head, or none) begins with it.
+  void complain_of_tenth(const std::string& head) {
+    if (!tenth.first.empty() && bare(head) != bare(tenth.first))
+      complain(fmt::format("{}: '{}' is the tenth field, which names the line that goes on and is no data: put it into the next line",
+                           tenth.second, tenth.first));
+    tenth = {};
   }
 
   // "+A" and "*A" are the same name, and so are "A" in the tenth field and "++A", which names "+A".

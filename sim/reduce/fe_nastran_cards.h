@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -19,9 +20,10 @@ struct NastranCard {
 struct NastranDeck {
   std::vector<std::string> files;
   std::vector<NastranCard> cards;
-  std::map<std::string, int> chosen;    // SPC, MPC, NSM of case control: set numbers, the first of each
-  std::vector<std::string> complaints;  // of lines that cannot be read
-  bool incomplete = false;              // a file that is named is not there
+  std::map<std::string, int> chosen;                 // SPC, MPC, NSM of case control: set numbers, the first of each
+  std::map<std::string, std::set<int>> also_chosen;  // others, of further subcases
+  std::vector<std::string> complaints;               // of lines that cannot be read
+  bool incomplete = false;                           // a file that is named is not there
   std::string where(const NastranCard& c) const;
   [[noreturn]] void fail(const NastranCard& c, const std::string& text) const;
 

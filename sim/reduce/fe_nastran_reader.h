@@ -195,6 +195,8 @@ class NastranReader {
   void add_rigid_rod(const NastranCard& c);
   // Whether a set of supports or equations is asked for; without case control, every one.
   bool asked(const char* what, int sign, int set) const;
+  // Where case control chooses several sets, or one that is not there.
+  void warn_of_choice(const char* what, int sign, const std::vector<const NastranCard*>& cards);
   void add_conditions();
 };
 

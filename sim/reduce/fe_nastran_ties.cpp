@@ -99,7 +99,7 @@ void NastranReader::add_rbe3(const NastranCard& c, FeSpider s) {
   s.node = node(c, 2);
   const std::vector<int> given = deck.components(c, 3);
   double weight = 0.0;
-  bool open = false;
+  bool open = false, turns = false, some = false;  // rotations count; some of them do
   size_t k = 4;
   // Groups: weight, motions, grids; a weight has a point.
   for (; k < c.fields.size(); ++k) {
@@ -111,18 +111,34 @@ void NastranReader::add_rbe3(const NastranCard& c, FeSpider s) {
       const std::set<int> set(dofs.begin(), dofs.end());
       if (!set.contains(0) || !set.contains(1) || !set.contains(2))
         deck.fail(c, "grids that count with some of their translations only cannot be read; give 123");
-      if (set.size() > 3)
-        add_once(model.notes, fmt::format("{}: RBE3 takes translations of its grids; their rotations are left out", deck.where(c)));
+      turns = set.size() == 6;
+      some = some || (set.size() > 3 && !turns);
       open = true;
       continue;
     }
     if (!open) deck.fail(c, "a weight with a decimal point is expected before the grids");
     s.slaves.push_back(node(c, k));
     s.weights.push_back(weight);
+    s.turns.push_back(turns ? weight : 0.0);
   }
   if (s.slaves.empty()) deck.fail(c, "no grids");
   if (std::any_of(s.weights.begin(), s.weights.end(), [](double w) { return !(w > 0.0); })) deck.fail(c, "weights must be > 0");
-  if (std::set<int>(given.begin(), given.end()).size() == 6 || given.empty()) model.spiders.push_back(std::move(s));
+  const bool whole = std::set<int>(given.begin(), given.end()).size() == 6 || given.empty();
+  // Rotations weigh by the mean distance from the reference grid, squared.
+  double length = 0.0;
+  for (const int n : s.slaves) length += (model.nodes[n] - model.nodes[s.node]).norm() / static_cast<double>(s.slaves.size());
+  if (length == 0.0) length = units.length;
+  for (double& turn : s.turns) turn *= length * length;
+  const auto turned = [&](int n) { return turning(n); };
+  const bool any = std::any_of(s.turns.begin(), s.turns.end(), [](double t) { return t > 0.0; });
+  if ((some || (any && !whole)) && std::any_of(s.slaves.begin(), s.slaves.end(), turned))
+    add_once(
+        model.warnings,
+        fmt::format("{}: RBE3 takes translations of its grids alone: their rotations count where all six motions of the grids are named "
+                    "(123456) and all of the reference grid's follow",
+                    deck.where(c)));
+  if (!any || !whole) s.turns.clear();
+  if (whole) model.spiders.push_back(std::move(s));
   else partial_means.push_back({s, given, directions(c, s.node)});
 }
 
@@ -134,7 +150,28 @@ bool NastranReader::asked(const char* what, int sign, int set) const {
   return both != unions.end() && both->second.contains(set);
 }
 
+void NastranReader::warn_of_choice(const char* what, int sign, const std::vector<const NastranCard*>& cards) {
+  const auto chosen = deck.chosen.find(what);
+  if (chosen == deck.chosen.end()) return;
+  if (const auto also = deck.also_chosen.find(what); also != deck.also_chosen.end())
+    model.warnings.push_back(
+        fmt::format("{}: subcases choose {} = {} and {}: a body has one, and set {} counts; take the others out of case "
+                    "control, or the first",
+                    model.file, what, chosen->second, fmt::join(also->second, ", "), chosen->second));
+  std::set<int> wanted = {chosen->second}, missing;
+  if (const auto both = unions.find(sign * chosen->second); both != unions.end()) wanted = both->second;
+  for (const int set : wanted)
+    if (std::none_of(cards.begin(), cards.end(), [&](const NastranCard* c) { return deck.integer(*c, 0) == set; })) missing.insert(set);
+  if (!missing.empty())
+    model.warnings.push_back(fmt::format("{}: case control chooses {} = {}, and there is no {} of set {}: it does nothing", model.file,
+                                         what, chosen->second, what, fmt::join(missing, ", ")));
+}
+
 void NastranReader::add_conditions() {
+  attempt([&] {
+    warn_of_choice("SPC", 1, supports);
+    warn_of_choice("MPC", -1, equations);
+  });
   std::set<int> sets;
   for (const NastranCard* c : supports)
     attempt([&] {

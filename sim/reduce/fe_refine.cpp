@@ -371,15 +371,22 @@ class Refinement {
 
   void tie() {
     for (FeSpider& spider : out.model.spiders) {
-      std::map<int, double> weight;
-      for (size_t i = 0; i < spider.slaves.size(); ++i) weight[spider.slaves[i]] = spider.weights.empty() ? 1.0 : spider.weights[i];
+      std::map<int, double> weight, turn;
+      for (size_t i = 0; i < spider.slaves.size(); ++i) {
+        weight[spider.slaves[i]] = spider.weights.empty() ? 1.0 : spider.weights[i];
+        turn[spider.slaves[i]] = spider.turns.empty() ? 0.0 : spider.turns[i];
+      }
       if (spider.rigid) weight[spider.node] = 1.0;
       for (const auto& [made_node, old] : between) {
         if (!std::all_of(old.begin(), old.end(), [&](int n) { return weight.contains(n); })) continue;
-        double sum = 0.0;
-        for (const int n : old) sum += weight[n];
+        double sum = 0.0, turns = 0.0;
+        for (const int n : old) {
+          sum += weight[n];
+          turns += turn[n];
+        }
         spider.slaves.push_back(made_node);
         if (!spider.weights.empty()) spider.weights.push_back(sum / static_cast<double>(old.size()));
+        if (!spider.turns.empty()) spider.turns.push_back(turns / static_cast<double>(old.size()));
       }
     }
   }

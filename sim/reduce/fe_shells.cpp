@@ -122,9 +122,20 @@ void quadrangle(const Eigen::Matrix<double, 4, 2>& x, const FeShellLaw& law, int
   K -= coupling.transpose() * inner.ldlt().solve(coupling);
 }
 
-// Stress xx yy xy at the corners on the upper face, 3 x 4. u: 24 local motions.
-MatX quadrangle_stress(const Eigen::Matrix<double, 4, 2>& x, const FeShellLaw& law, const VecX& u, int id) {
-  const FePly& top = law.plies.back();
+// A face of a shell: its stress is `membrane` times the membrane strain and `height` times the curvature.
+struct ShellFace {
+  const Mat3& membrane;
+  double height;
+};
+
+// The face that the normal points to, or the other one.
+ShellFace face_of(const FeShellLaw& law, bool other) {
+  return other ? ShellFace{law.plies.front().membrane, law.plies.front().lower}
+               : ShellFace{law.plies.back().membrane, law.plies.back().upper};
+}
+
+// Stress xx yy xy at the corners on a face, 3 x 4. u: 24 local motions.
+MatX quadrangle_stress(const Eigen::Matrix<double, 4, 2>& x, const FeShellLaw& law, const ShellFace& face, const VecX& u, int id) {
   MatX coupling = MatX::Zero(4, 24), at_points(3, 4);
   Eigen::Matrix4d inner = Eigen::Matrix4d::Zero();
   std::vector<QuadranglePoint> points;
@@ -135,7 +146,7 @@ MatX quadrangle_stress(const Eigen::Matrix<double, 4, 2>& x, const FeShellLaw& l
   }
   const Eigen::Vector4d amplitude = -inner.ldlt().solve(coupling * u);
   for (Eigen::Index k = 0; k < 4; ++k)
-    at_points.col(k) = top.membrane * (points[k].Bm * u + points[k].Bi * amplitude + top.upper * points[k].Bb * u);
+    at_points.col(k) = face.membrane * (points[k].Bm * u + points[k].Bi * amplitude + face.height * points[k].Bb * u);
   // The Gauss points are the corners of a smaller parent element.
   MatX out(3, 4);
   for (Eigen::Index i = 0; i < 4; ++i) {
@@ -247,7 +258,7 @@ void triangle(const Eigen::Matrix<double, 3, 2>& p, const FeShellLaw& law, MatX&
   }
 }
 
-MatX triangle_stress(const Eigen::Matrix<double, 3, 2>& p, const FeShellLaw& law, const VecX& u) {
+MatX triangle_stress(const Eigen::Matrix<double, 3, 2>& p, const FeShellLaw& law, const ShellFace& face, const VecX& u) {
   double twice_area = 0.0;
   const MatX D = triangle_gradients(p, twice_area);
   const BentTriangle bent(p, D, law);
@@ -258,8 +269,7 @@ MatX triangle_stress(const Eigen::Matrix<double, 3, 2>& p, const FeShellLaw& law
     bending.segment<3>(3 * i) = u.segment<3>(6 * i + 2);
   }
   MatX out(3, 3);
-  for (Eigen::Index i = 0; i < 3; ++i)
-    out.col(i) = law.plies.back().membrane * (membrane + law.plies.back().upper * (bent.curvature(Vec3::Unit(i)) * bending));
+  for (Eigen::Index i = 0; i < 3; ++i) out.col(i) = face.membrane * (membrane + face.height * (bent.curvature(Vec3::Unit(i)) * bending));
   return out;
 }
 
@@ -335,13 +345,14 @@ void shell_matrices(FeShape shape, const Mat3X& X, const FeShellLaw& law, int id
   }
 }
 
-MatX shell_nodal_stress(FeShape shape, const Mat3X& X, const FeShellLaw& law, const MatX& u, int id) {
+MatX shell_nodal_stress(FeShape shape, const Mat3X& X, const FeShellLaw& law, const MatX& u, int id, bool other_face) {
   const Eigen::Index n = X.cols();
   double area = 0.0;
   const Mat3 Q = shell_axes(shape, X, id, area);
   const MatX local = shell_corners(X, Q);
   const VecX motions = motions_in_plane(X, Q, local) * u.reshaped();
-  const MatX plane = n == 3 ? triangle_stress(local, law, motions) : quadrangle_stress(local, law, motions, id);
+  const ShellFace face = face_of(law, other_face);
+  const MatX plane = n == 3 ? triangle_stress(local, law, face, motions) : quadrangle_stress(local, law, face, motions, id);
   MatX out(6, n);
   for (Eigen::Index i = 0; i < n; ++i) {
     Mat3 S = Mat3::Zero();

@@ -432,44 +432,70 @@ void condense(const FeModel& model, const FeSystem& system, Dependents& dependen
   out.small_M = project(system.M);
 }
 
-// Directions at a node in which neither stiffness nor mass acts, as supports. K is positive semi-definite: where a node's own block has no
-// stiffness in a direction the whole row has none. Translations of nodes of elements always have both.
-std::vector<Terms> idle_motions(const FeModel& model, const FeSystem& system, FeReduced& reduced) {
+// A motion of a node that does nothing, and what holds it: `by` is one in `motion`.
+struct Idle {
+  int node = -1;
+  Terms motion, by;
+};
+
+// Motions of a node, of those in `own`, that have neither stiffness nor mass. K is positive semi-definite: where a node's own block has no
+// stiffness in a direction the whole row has none. Turns are measured by the length that makes them as stiff as translations.
+void add_idle(int node, const std::vector<int>& own, const std::vector<bool>& turns, const std::vector<int>& column,
+              const FeReduced& reduced, std::vector<Idle>& out) {
+  const auto size = static_cast<Eigen::Index>(own.size());
+  MatX K = MatX::Zero(size, size), M = K;
+  double moved = 0.0, turned = 0.0;
+  for (Eigen::Index i = 0; i < size; ++i) {
+    for (Eigen::Index j = 0; j <= i; ++j) {
+      const int row = std::max(column[own[i]], column[own[j]]), col = std::min(column[own[i]], column[own[j]]);
+      K(i, j) = K(j, i) = reduced.K().coeff(row, col);
+      M(i, j) = M(j, i) = reduced.M().coeff(row, col);
+    }
+    double& largest = turns[i] ? turned : moved;
+    largest = std::max(largest, K(i, i));
+  }
+  const double length = moved > 0.0 && turned > 0.0 ? std::sqrt(turned / moved) : 1.0;
+  VecX scale = VecX::Ones(size);
+  for (Eigen::Index i = 0; i < size; ++i)
+    if (turns[i]) scale(i) = 1.0 / length;
+  K = (scale.asDiagonal() * K * scale.asDiagonal()).eval();
+  M = (scale.asDiagonal() * M * scale.asDiagonal()).eval();
+  // What beams in other directions leave here is rounding.
+  const SymmetricEigen eigen(K);
+  const double least_K = 1e-13 * K.cwiseAbs().maxCoeff(), least_M = 1e-13 * M.cwiseAbs().maxCoeff();
+  for (Eigen::Index k = 0; k < size && eigen.eigenvalues()(k) <= least_K; ++k) {
+    const VecX v = eigen.eigenvectors().col(k);
+    if (v.dot(M * v) > least_M) continue;
+    Idle& idle = out.emplace_back();
+    idle.node = node;
+    for (Eigen::Index i = 0; i < size; ++i) {
+      if (std::abs(v(i)) <= 1e-9) continue;
+      idle.motion.emplace_back(own[i], v(i) * scale(i));
+      idle.by.emplace_back(own[i], v(i) / scale(i));
+    }
+  }
+}
+
+// Of all nodes that may have some: rotations, and of reference points and nodes in equations all six motions together, since a point beside
+// a line of nodes that it carries moves as it turns about that line. Translations of nodes of elements always have stiffness and mass.
+std::vector<Idle> idle_motions(const FeModel& model, const FeSystem& system, const FeReduced& reduced) {
   std::vector<bool> asked(model.nodes.size(), false);
   for (const FeSpider& spider : model.spiders) asked[spider.node] = true;
   for (const FeEquation& equation : model.equations)
     for (const FeEquation::Term& t : equation.terms) asked[t.node] = true;
   std::vector<int> column(system.size, -1);
   for (int c = 0; c < reduced.size(); ++c) column[reduced.identity ? c : reduced.own[c]] = c;
-  std::vector<Terms> out;
-  reduced.idle.clear();
-  for (size_t n = 0; n < model.nodes.size(); ++n)
-    for (const int base : {0, 3}) {
-      std::vector<int> own;  // motions of the system that are left
-      for (int d = base; d < base + 3; ++d)
-        if (system.dof[n][d] >= 0 && column[system.dof[n][d]] >= 0) own.push_back(system.dof[n][d]);
-      if (own.empty() || (base == 0 && !asked[n])) continue;
-      const auto size = static_cast<Eigen::Index>(own.size());
-      Mat3 K = Mat3::Zero(), M = Mat3::Zero();
-      for (Eigen::Index i = 0; i < size; ++i)
-        for (Eigen::Index j = 0; j <= i; ++j) {
-          const int row = std::max(column[own[i]], column[own[j]]), col = std::min(column[own[i]], column[own[j]]);
-          K(i, j) = K(j, i) = reduced.K().coeff(row, col);
-          M(i, j) = M(j, i) = reduced.M().coeff(row, col);
-        }
-      // What beams in other directions leave here is rounding.
-      const SymmetricEigen eigen(MatX(K.topLeftCorner(size, size)));
-      const double least_K = 1e-13 * K.cwiseAbs().maxCoeff(), least_M = 1e-13 * M.cwiseAbs().maxCoeff();
-      for (Eigen::Index k = 0; k < size && eigen.eigenvalues()(k) <= least_K; ++k) {
-        const VecX v = eigen.eigenvectors().col(k);
-        if (v.dot(M.topLeftCorner(size, size) * v) > least_M) continue;
-        Terms terms;
-        for (Eigen::Index i = 0; i < size; ++i)
-          if (std::abs(v(i)) > 1e-9) terms.emplace_back(own[i], v(i));
-        out.push_back(std::move(terms));
-        reduced.idle.push_back(static_cast<int>(n));
-      }
+  std::vector<Idle> out;
+  for (size_t n = 0; n < model.nodes.size(); ++n) {
+    std::vector<int> own;  // motions of the system that are left
+    std::vector<bool> turns;
+    for (int d = asked[n] ? 0 : 3; d < 6; ++d) {
+      if (system.dof[n][d] < 0 || column[system.dof[n][d]] < 0) continue;
+      own.push_back(system.dof[n][d]);
+      turns.push_back(d >= 3);
     }
+    if (!own.empty()) add_idle(static_cast<int>(n), own, turns, column, reduced, out);
+  }
   return out;
 }
 
@@ -523,8 +549,12 @@ FeReduced eliminate(const FeModel& model, const FeSystem& system, const std::vec
   for (const Terms& terms : later)
     if (!terms.empty()) dependents.equation(terms);
   condense(model, system, dependents, out);
-  if (const std::vector<Terms> idle = idle_motions(model, system, out); !idle.empty()) {
-    for (const Terms& terms : idle) dependents.equation(terms);
+  if (std::vector<Idle> idle = idle_motions(model, system, out); !idle.empty()) {
+    for (Idle& i : idle) {
+      dependents.equation(i.by);
+      out.idle.push_back(i.node);
+      out.idle_motions.emplace_back(std::move(i.motion), std::move(i.by));
+    }
     condense(model, system, dependents, out);
   }
   if (!out.arms.empty()) {
@@ -622,6 +652,12 @@ MatX free_rigid_motions(const FeModel& model, const FeSystem& system, const FeRe
   }
   MatX full = R * combinations;
   if (reduced.identity) return full;
+  // What is held of motions that do nothing is zero in rigid motions too.
+  for (const auto& [motion, by] : reduced.idle_motions) {
+    Eigen::RowVectorXd held_of = Eigen::RowVectorXd::Zero(full.cols());
+    for (const auto& [dof, c] : by) held_of += c * full.row(dof);
+    for (const auto& [dof, c] : motion) full.row(dof) -= c * held_of;
+  }
   MatX q(reduced.size(), full.cols());
   for (int c = 0; c < reduced.size(); ++c) q.row(c) = full.row(reduced.own[c]);
   return q;

@@ -35,8 +35,10 @@ struct FeReduced {
   const FeSystem* system = nullptr;
   SparseMatrix small_K, small_M;  // T^T K T, T^T M T, lower triangle; empty with T = 1
   std::vector<int> idle;          // nodes with a motion that has neither stiffness nor mass: it is held
-  std::vector<FeArm> arms;        // of the nodes of rigid spiders
-  SparseMatrix arm_K;             // size x translations of the arms' ends, arm by arm: the columns of K
+  using Terms = std::vector<std::pair<int, double>>;
+  std::vector<std::pair<Terms, Terms>> idle_motions;  // of each that motion, and the sum that is held: it is one in that motion
+  std::vector<FeArm> arms;                            // of the nodes of rigid spiders
+  SparseMatrix arm_K;                                 // size x translations of the arms' ends, arm by arm: the columns of K
   const SparseMatrix& K() const { return identity ? system->K : small_K; }
   const SparseMatrix& M() const { return identity ? system->M : small_M; }
   int size() const { return static_cast<int>(K().rows()); }

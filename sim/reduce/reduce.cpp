@@ -10,6 +10,7 @@
 #include "sim/reduce/fe_further.h"
 #include "sim/reduce/fe_integrals.h"
 #include "sim/reduce/fe_mesh_error.h"
+#include "sim/reduce/fe_nodal_stress.h"
 #include "sim/reduce/fe_refine.h"
 #include "sim/reduce/fe_solver.h"
 #include "sim/reduce/fe_surface.h"
@@ -470,6 +471,7 @@ class Reducer {
       body.nodes.push_back(std::move(node));
     }
     judge_damping();
+    judge_hourglass_at_interfaces(U);
     if (options.stiffening && model.matrices) note("geometric stiffening needs the elements: left out for a model given as matrices");
     else if (options.stiffening) add_stiffening(U);
     if (options.stress) add_stress(U);
@@ -583,6 +585,29 @@ class Reducer {
           "low: {} (up to {:.2g} % of a mode's energy is in the small stiffness that the program adds against them); take C3D20 (C3D15) or "
           "two layers of elements, or attach masses, springs and supports to faces instead of single nodes",
           U.cols(), held, 100.0 * shares.maxCoeff()));
+  }
+
+  // Of deflections under forces at interfaces those that are the hold's: a single node of a single layer gives way in such motions.
+  void judge_hourglass_at_interfaces(const MatX& U) {
+    constexpr double told = 0.02;
+    const auto count = static_cast<Eigen::Index>(options.interfaces.size());
+    const bool held = std::any_of(model.elements.begin(), model.elements.end(),
+                                  [](const FeElement& e) { return fe_is_held_by_share(e.shape, e.formulation); });
+    if (count == 0 || model.matrices || !held) return;
+    MatX forces(U.cols(), 3 * count);  // generalised, of unit forces along the axes
+    for (Eigen::Index i = 0; i < count; ++i) forces.middleCols(3 * i, 3) = out.body.nodes[i].phi.transpose();
+    const MatX answers = basis.eigenvalues.cwiseInverse().asDiagonal() * forces;
+    const VecX work = answers.cwiseProduct(forces).colwise().sum().transpose().cwiseMax(1e-300);
+    const VecX shares = hourglass_shares(model, system, U * answers, work);
+    std::string names_of;
+    for (Eigen::Index i = 0; i < count; ++i)
+      if (shares.segment(3 * i, 3).maxCoeff() > told) names_of += fmt::format("{}'{}'", names_of.empty() ? "" : ", ", names[i]);
+    if (!names_of.empty())
+      report().warnings.push_back(fmt::format(
+          "hourglass motions, which the points of reduced integration (C3D20R, C3D6) do not see, make the deflection under forces at the "
+          "interfaces {} that of the small stiffness that the program adds against them (up to {:.2g} % of the energy); take C3D20 (C3D15) "
+          "or two layers of elements, or interfaces on faces instead of single nodes",
+          names_of, 100.0 * shares.maxCoeff()));
   }
 
   // Whether the memory that is left holds a finer mesh's matrices and the vectors of its iteration.
@@ -780,8 +805,27 @@ class Reducer {
     lap("stiffening");
   }
 
+  // What stress modes do not hold.
+  void tell_of_stress() {
+    bool shells = false, layers = false;
+    int beams = 0;
+    for (const FeElement& e : model.elements) {
+      beams += e.shape == FeShape::beam2 ? 1 : 0;
+      if (!fe_is_shell(e.shape)) continue;
+      shells = true;
+      layers = layers || (e.section >= 0 && model.layups[e.section].layers.size() > 1);
+    }
+    if (beams > 0) report().warnings.push_back(fmt::format("stress: {} beams and rods have none: what they carry is not shown", beams));
+    if (layers) report().warnings.push_back("stress: of layered shells that of the outer faces alone: layers between them may carry more");
+    if (shells && !options.surface)
+      report().warnings.push_back(
+          "stress: of shells that of the face to which their normals point, at folds of one of the plates: the other face may carry more; "
+          "-o BODY.h5 has all of them");
+  }
+
   void add_stress(const MatX& U) {
     if (model.matrices) return note("stresses need the elements: left out for a model given as matrices");
+    tell_of_stress();
     std::vector<int> nodes;
     for (int n : attachment_nodes)
       if (n >= 0) nodes.push_back(n);
@@ -802,6 +846,27 @@ class Reducer {
     MatX left = solver->respond(loads, 0.0, &basis, tolerance);
     add_product(left, -1.0, basis.vectors, basis.eigenvalues.cwiseInverse().asDiagonal() * product_tn(basis.vectors, loads));
     return reduced.expand(left);
+  }
+
+  // Stress at the surface's nodes: what is first at each, then what else is there.
+  void add_surface_stress(const MatX& U, const std::vector<int>& nodes) {
+    BodySurface& surface = out.surface;
+    const Eigen::Index m = std::ssize(nodes);
+    const auto stress = stresses_at_nodes(model, system, U, nodes),
+               left_out = stresses_at_nodes(model, system, left_out_of_inertia(), nodes);
+    for (size_t i = 0; i < nodes.size(); ++i)
+      for (size_t part = 1; part < stress[i].size(); ++part) surface.other_points.push_back(static_cast<int>(i));
+    const Eigen::Index others = std::ssize(surface.other_points);
+    const auto fill = [&](const std::vector<std::vector<MatX>>& of, Eigen::Index columns, MatX& first, MatX& other) {
+      first = MatX::Zero(6 * m, columns);
+      other = MatX::Zero(6 * others, columns);
+      Eigen::Index next = 0;
+      for (Eigen::Index i = 0; i < m; ++i)
+        for (size_t part = 0; part < of[i].size(); ++part)
+          (part == 0 ? first : other).middleRows(part == 0 ? 6 * i : 6 * next++, 6) = of[i][part];
+    };
+    fill(stress, U.cols(), surface.stress, surface.other_stress);
+    fill(left_out, 12, surface.load_stress, surface.other_load_stress);
   }
 
   // What the elements know of all nodes of the outer surface.
@@ -830,16 +895,7 @@ class Reducer {
     surface.faces = Eigen::MatrixXi::Constant(std::ssize(faces), 8, -1);
     for (Eigen::Index f = 0; f < surface.faces.rows(); ++f)
       for (size_t k = 0; k < faces[f].size(); ++k) surface.faces(f, static_cast<Eigen::Index>(k)) = number[faces[f][k]];
-    if (options.stress) {
-      surface.stress = MatX::Zero(6 * m, n);
-      const std::vector<MatX> stress = nodal_stress(model, system, U, nodes);
-      for (Eigen::Index i = 0; i < m; ++i)
-        if (const MatX& s = stress[i]; s.cols() > 0) surface.stress.middleRows(6 * i, 6) = s;
-      surface.load_stress = MatX::Zero(6 * m, 12);
-      const std::vector<MatX> left_out = nodal_stress(model, system, left_out_of_inertia(), nodes);
-      for (Eigen::Index i = 0; i < m; ++i)
-        if (const MatX& s = left_out[i]; s.cols() > 0) surface.load_stress.middleRows(6 * i, 6) = s;
-    }
+    if (options.stress) add_surface_stress(U, nodes);
     lap("surface");
   }
 };

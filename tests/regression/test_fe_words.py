@@ -6,6 +6,7 @@ import pathlib
 
 import numpy as np
 from program import *
+from rod_deck import rod_deck
 
 pi = math.pi
 SPAN, ACROSS, CELLS = 1.0, 0.02, 12  # a beam and its square section, m; cells of a plate's edge
@@ -207,9 +208,161 @@ def turning_interfaces():
     expect(not any("resists no turn" in w for w in told["warnings"]), f"the beam holds its end: {told['warnings']}")
 
 
+def turning_means():
+    """RBE3 that counts all six motions of its grids: the weighted mean of translations and turns, which weigh by the mean distance squared;
+    MPC with its shares is the same."""
+    nx, ny = 6, 2
+    grids = {(i, j): 1 + i + (nx + 1) * j for j in range(ny + 1) for i in range(nx + 1)}
+    place = {n: np.array([0.05 * i, 0.05 * j, 0.0]) for (i, j), n in grids.items()}
+    bulk = "".join(f"GRID,{n},,{x[0]:.9g},{x[1]:.9g},0.\n" for n, x in place.items())
+    for k, (i, j) in enumerate(((i, j) for i in range(nx) for j in range(ny)), 1):
+        bulk += f"CQUAD4,{k},1,{grids[i, j]},{grids[i + 1, j]},{grids[i + 1, j + 1]},{grids[i, j + 1]}\n"
+    bulk += f"PSHELL,1,1,.004,1,,1\nMAT1,1,{YOUNG:.3e},,.3,{STEEL}\n" + "".join(f"SPC1,1,123456,{grids[0, j]}\n" for j in range(ny + 1))
+    point = np.array([0.33, 0.04, 0.02])
+    bulk += f"GRID,900,,{point[0]},{point[1]},{point[2]}\nCONM2,901,900,,.5\n"
+    for ids in ([grids[nx, j] for j in range(ny + 1)], [grids[nx, 0], grids[nx, 1], grids[nx - 1, 0]]):
+        arms = [place[n] - point for n in ids]
+        length = np.mean([np.linalg.norm(r) for r in arms])
+        weighed = []
+        for x, y, z in arms:
+            motion = np.eye(6)
+            motion[:3, 3:] = [[0, z, -y], [-z, 0, x], [y, -x, 0]]
+            weighed.append((motion, motion.T @ np.diag([1.0] * 3 + [length**2] * 3)))
+        shares = np.linalg.solve(sum(w @ m for m, w in weighed), np.hstack([w for _, w in weighed]))
+        equations = ""
+        for d in range(6):
+            terms = [(900, d + 1, -1.0)] + [(n, e + 1, shares[d, 6 * k + e]) for k, n in enumerate(ids) for e in range(6)]
+            terms = [t for t in terms if abs(t[2]) > 1e-13]
+            rows = ["".join(f",{n},{e},{c:.10e}" for n, e, c in terms[k : k + 2]) for k in range(0, len(terms), 2)]
+            equations += "MPC,3" + "\n,".join(rows) + "\n"
+        wanted = reduced("mean.bdf", f"BEGIN BULK\n{bulk}{equations}ENDDATA\n")["frequencies"]
+        mean = f"RBE3,500,,900,123456,1.,123456,{ids[0]},{ids[1]}\n,{ids[2]}\n"
+        found = reduced("mean.bdf", f"BEGIN BULK\n{bulk}{mean}ENDDATA\n")["frequencies"]
+        for a, b in zip(found, wanted):
+            near(a, b, 1e-6 * b, "RBE3 of translations and turns")
+    told = reduced("mean.bdf", f"BEGIN BULK\n{bulk}{mean.replace('1.,123456', '1.,12346')}ENDDATA\n")["warnings"]
+    expect(any("takes translations of its grids alone" in w for w in told), f"RBE3 of some turns: {told}")
+
+
+def turned(points, degrees=35.0):
+    """About (1, 2, 3)."""
+    n = np.array([1.0, 2.0, 3.0]) / math.sqrt(14)
+    a = math.radians(degrees)
+    return [math.cos(a) * p + math.sin(a) * np.cross(n, p) + (1 - math.cos(a)) * (n @ p) * n for p in map(np.array, points)]
+
+
+def idle_turns():
+    """Turns that move nothing, about an edge that an interface holds and of a beam without torsion, whatever way the body lies."""
+    lines = rod_deck(YOUNG, STEEL, 0.4, 0.08, 0.06, 6).splitlines()
+    rows = [k for k, line in enumerate(lines) if k > 0 and not line.startswith("*") and k < lines.index("*ELEMENT, TYPE=C3D8I, ELSET=ROD")]
+    places = [[float(x) for x in lines[k].split(",")[1:]] for k in rows]
+    tip = len(places) - 4
+    wanted = None
+    for own in (places, turned(places)):
+        for k, n, x in zip(rows, range(1, len(rows) + 1), own):
+            lines[k] = f"{n}, " + ", ".join(f"{c:.12g}" for c in x)
+        beside = ",".join(f"{c:.9g}" for c in 1.02 * np.array(own[tip]) + 0.3 * (np.array(own[tip + 2]) - own[tip]))
+        for point in ("", f"@{beside}"):
+            deck = "\n".join(lines) + f"\n*NSET, NSET=EDGE\n{tip + 1}, {tip + 2}\n"
+            found = reduced("edge.inp", deck, "--interface", f"edge=rigid:EDGE{point}", "--method", "eigen")["frequencies"]
+            wanted = wanted or found
+            for a, b in zip(found, wanted):
+                near(a, b, 1e-5 * b, f"free bar with an interface on an edge{point and ', of a point beside it'}")
+    corners = [(0, 0, 0), (0.5, 0, 0), (0.2, 0.4, 0), (0.2, 0.1, 0.5), (-0.2, 0, 0), (-0.4, 0, 0), (0.1, 0.2, 1)]
+    wanted = None
+    for own in (corners, turned(corners)):
+        direction = ",".join(f"{c:.7f}" for c in own[6])
+        text = "SOL 103\nCEND\nBEGIN BULK\n" + "".join(f"GRID,{k},,{x:.10f},{y:.10f},{z:.10f}\n" for k, (x, y, z) in enumerate(own[:6], 1))
+        ends = [(1, 2), (2, 3), (3, 1), (1, 4), (2, 4), (3, 4), (1, 5), (5, 6)]
+        text += "".join(f"CBAR,{e},{1 + (e > 6)},{a},{b},{direction}\n" for e, (a, b) in enumerate(ends, 1))
+        text += f"PBAR,1,1,4.-4,1.333-8,1.333-8,2.-8\nPBAR,2,1,4.-4,1.333-8,1.333-8\nMAT1,1,{YOUNG:.3e},,.3,{STEEL}\nENDDATA\n"
+        found = reduced("frame.bdf", text, "--method", "eigen")["frequencies"]
+        wanted = wanted or found
+        for a, b in zip(found, wanted):
+            near(a, b, 1e-5 * b, "free frame with a beam without torsion")
+
+
+def hourglass():
+    """A single node of a single layer with reduced integration gives way in motions that its points do not see; a face does not."""
+    n, number, elements = 4, {}, []
+    cell = [(0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0), (0, 0, 2), (2, 0, 2), (2, 2, 2), (0, 2, 2)]
+    edges = [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)]
+    cell += [tuple((p + q) // 2 for p, q in zip(cell[a], cell[b])) for a, b in edges]
+    for i in range(n):
+        elements.append([number.setdefault((2 * i + x, y, z), len(number) + 1) for x, y, z in cell])
+    text = "*NODE\n" + "".join(f"{k}, {0.05 * x:.9g}, {0.03 * y:.9g}, {0.03 * z:.9g}\n" for (x, y, z), k in number.items())
+    text += "*ELEMENT, TYPE=C3D20R, ELSET=E\n"
+    text += "".join(f"{e}, {', '.join(map(str, k[:12]))},\n{', '.join(map(str, k[12:]))}\n" for e, k in enumerate(elements, 1))
+    for name, x in (("ROOT", 0), ("TIP", 2 * n)):
+        text += f"*NSET, NSET={name}\n" + "".join(f"{k}\n" for at, k in number.items() if at[0] == x)
+    text += f"*MATERIAL, NAME=M\n*ELASTIC\n{YOUNG}, .3\n*DENSITY\n{STEEL}\n*SOLID SECTION, ELSET=E, MATERIAL=M\n*BOUNDARY\nROOT, 1, 3\n"
+    for where, told in ((number[2 * n, 0, 0], True), ("rigid:TIP", False)):
+        warnings = reduced("layer.inp", text, "--interface", f"tip={where}")["warnings"]
+        expect(any("interfaces 'tip' that of the small stiffness" in w for w in warnings) == told, f"{where}: {warnings}")
+
+
+def chosen():
+    """What decks say twice, or choose and do not have, is told or refused."""
+    n = 4
+    bulk = "".join(f"GRID,{i + 1},,{i * SPAN / n:.9g},0.,0.\n" for i in range(n + 1))
+    bulk += "".join(f"CBAR,{i + 1},1,{i + 1},{i + 2},0.,1.,0.\n" for i in range(n))
+    bulk += f"PBAR,1,1,{ACROSS**2:.9g},{ACROSS**4 / 12:.9g},{ACROSS**4 / 12:.9g},{0.141 * ACROSS**4:.9g}\nMAT1,1,{YOUNG:.3e},,.3,{STEEL}\n"
+    bulk += f"SPC1,1,123456,1\nSPC1,2,123456,{n + 1}\n"
+    for control, more, wanted in (
+        ("SPC = 1\n", "", ""),
+        ("SUBCASE 1\nSPC = 1\nSUBCASE 2\nSPC = 2\n", "", "subcases choose SPC = 1 and 2"),
+        ("SPC = 7\n", "", "there is no SPC of set 7"),
+        ("SPC = 1\nMPC = 3\n", "", "there is no MPC of set 3"),
+        ("SPC = 9\n", "SPCADD,9,1,5\n", "there is no SPC of set 5"),
+    ):
+        warnings = reduced("chosen.bdf", f"SOL 103\nCEND\n{control}BEGIN BULK\n{bulk}{more}ENDDATA\n")["warnings"]
+        told = [w for w in warnings if "choose" in w]
+        expect(bool(told) == bool(wanted) and wanted in "".join(told), f"{control}{more}: {told}")
+    grids = "GRID,21,,1.,.1,0.\nGRID,22,,1.,.2,0.\n"
+    for more, wanted in (
+        (grids + "RBE2,30,5,123456,21,22,21,22,21,22\n", "'22' is the tenth field"),
+        ("BEGIN SUPER=1\n", "superelements"),
+    ):
+        (folder / "refused.bdf").write_text(f"SOL 103\nCEND\nBEGIN BULK\n{bulk}{more}ENDDATA\n")
+        said = run("reduce", folder / "refused.bdf", "-o", folder / "body.h5", code=2).stderr
+        expect(wanted in said, f"{more}: {said}")
+    steel, sections = f"*MATERIAL, NAME=M\n*ELASTIC\n{YOUNG}, .3\n*DENSITY\n{STEEL}\n", "*SOLID SECTION, ELSET=E, MATERIAL=M\n"
+    light = steel.replace("NAME=M", "NAME=N").replace(str(STEEL), "2700.")
+    corners = [(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    nodes = "".join(f"{k}, {x}, {y}, {z}\n" for k, (x, y, z) in enumerate(corners, 1))
+    cube = "*ELEMENT, TYPE=C3D8I, ELSET=E\n1, 1, 2, 3, 4, 5, 6, 7, 8\n"
+    mass = "*ELEMENT, TYPE=MASS, ELSET=P\n9, 1\n"
+    for text, wanted in (
+        (nodes + cube + steel + sections, ""),
+        (nodes + cube + steel + light + sections + sections.replace("=M", "=N"), "element 1 has a section already"),
+        (nodes + cube + steel + "*DENSITY\n2700.\n" + sections, "*DENSITY a second time"),
+        (nodes + cube + steel + "*ELASTIC\n7e10, .3\n" + sections, "*ELASTIC a second time"),
+        (nodes + cube + mass + steel + sections, "have no mass"),
+        (nodes.replace("1, 0, 0, 0\n", "1, 0, 0, 0, 0, 0, 1\n") + cube + steel + sections, "numbers behind the coordinates"),
+    ):
+        warnings = reduced("twice.inp", "*NODE\n" + text)["warnings"]
+        told = [w for w in warnings if "coarse" not in w]
+        expect(len(told) == bool(wanted) and wanted in "".join(told), f"{wanted}: {told}")
+    (folder / "twice.inp").write_text("*NODE\n" + nodes + cube + steel + light.replace("NAME=N", "NAME=m") + sections)
+    said = run("reduce", folder / "twice.inp", "-o", folder / "body.h5", code=2).stderr
+    expect("twice.inp:17: *MATERIAL: 'm' is there already" in said, said)
+
+
 with temporary_folder() as name:
     folder = pathlib.Path(name)
-    for case in (averaging, soft_shells, inertia, bushes, directions, handedness, turning_interfaces):
+    for case in (
+        averaging,
+        soft_shells,
+        inertia,
+        bushes,
+        directions,
+        handedness,
+        turning_interfaces,
+        turning_means,
+        idle_turns,
+        hourglass,
+        chosen,
+    ):
         case()
 
 finish()

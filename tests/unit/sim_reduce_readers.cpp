@@ -57,8 +57,8 @@ struct MeshText {
   }
 };
 
-// One element of the kind, its nodes numbered 11, 12, ..., in physical group 7 "Part"; format 2.2 or 4.1.
-std::string gmsh_mesh(const GmshKind& kind, bool four, bool binary, const Mat3& A) {
+// One element of the kind, its nodes numbered 11, 12, ..., in physical group 7 "Part"; format 2.2 or 4.1, that one cut into partitions too.
+std::string gmsh_mesh(const GmshKind& kind, bool four, bool binary, bool parted, const Mat3& A) {
   std::vector<Vec3> nodes;
   for (const Vec3& c : kind.corners) nodes.emplace_back(A * c);
   for (const auto& [a, b] : kind.edges) nodes.emplace_back(0.5 * (nodes[a] + nodes[b]));
@@ -77,14 +77,27 @@ std::string gmsh_mesh(const GmshKind& kind, bool four, bool binary, const Mat3& 
     m.put(3);
     for (double x : {-9.0, -9.0, -9.0, 9.0, 9.0, 9.0}) m.put(x);
     m.put(Size{1}), m.put(7), m.put(Size{0});
-    m.word("\n$EndEntities\n$Nodes\n");
+    m.word("\n$EndEntities\n");
+    if (parted) {
+      // Entity 9 is a part of entity 3, in partition 2; no ghosts.
+      m.word("$PartitionedEntities\n");
+      m.put(Size{2}), m.put(Size{0});
+      for (int d = 0; d < 4; ++d) m.put(static_cast<Size>(d == dimension));
+      m.line();
+      m.put(9), m.put(dimension), m.put(3), m.put(Size{1}), m.put(2);
+      for (double x : {-9.0, -9.0, -9.0, 9.0, 9.0, 9.0}) m.put(x);
+      m.put(Size{0}), m.put(Size{0});
+      m.word("\n$EndPartitionedEntities\n");
+    }
+    const int entity = parted ? 9 : 3;
+    m.word("$Nodes\n");
     m.put(Size{1}), m.put(static_cast<Size>(count)), m.put(Size{11}), m.put(static_cast<Size>(10 + count)), m.line();
-    m.put(dimension), m.put(3), m.put(0), m.put(static_cast<Size>(count)), m.line();
+    m.put(dimension), m.put(entity), m.put(0), m.put(static_cast<Size>(count)), m.line();
     for (int i = 0; i < count; ++i) m.put(static_cast<Size>(11 + i)), m.line();
     for (const Vec3& x : nodes) m.put(x.x()), m.put(x.y()), m.put(x.z()), m.line();
     m.word("\n$EndNodes\n$Elements\n");
     m.put(Size{1}), m.put(Size{1}), m.put(Size{5}), m.put(Size{5}), m.line();
-    m.put(dimension), m.put(3), m.put(kind.type), m.put(Size{1}), m.line();
+    m.put(dimension), m.put(entity), m.put(kind.type), m.put(Size{1}), m.line();
     m.put(Size{5});
     for (int i = 0; i < count; ++i) m.put(static_cast<Size>(11 + i));
   } else {
@@ -105,12 +118,13 @@ TEST(ReduceReaders, EveryGmshKindInBothFormatsTextAndBinary) {
   Mat3 A;
   A << 1.3, 0.2, -0.1, 0.15, 0.9, 0.25, -0.2, 0.1, 1.1;
   for (const GmshKind& kind : gmsh_kinds())
-    for (bool four : {false, true})
+    for (const auto& [four, parted] : {std::pair(false, false), std::pair(true, false), std::pair(true, true)})
       for (bool binary : {false, true}) {
-        const std::string what = fmt::format("{}, format {}, {}", fe_name(kind.shape), four ? "4.1" : "2.2", binary ? "binary" : "text");
+        const std::string what = fmt::format("{}, format {}, {}{}", fe_name(kind.shape), four ? "4.1" : "2.2", binary ? "binary" : "text",
+                                             parted ? ", partitions" : "");
         FeUnits units;
         units.length = 1e-3;
-        const FeModel m = read_msh(scratch.put("kind.msh", gmsh_mesh(kind, four, binary, A)), units);
+        const FeModel m = read_msh(scratch.put("kind.msh", gmsh_mesh(kind, four, binary, parted, A)), units);
         ASSERT_EQ(m.elements.size(), 1u) << what;
         const FeElement& e = m.elements[0];
         EXPECT_EQ(e.shape, kind.shape) << what;

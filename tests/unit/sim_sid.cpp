@@ -653,6 +653,9 @@ BodySurface two_faces(int n) {
   s.phi = MatX::Random(24, n);
   s.stress = MatX::Random(48, n);
   s.load_stress = MatX::Random(48, 12);
+  s.other_points = {0, 3, 3};
+  s.other_stress = MatX::Random(18, n);
+  s.other_load_stress = MatX::Random(18, 12);
   return s;
 }
 
@@ -678,6 +681,8 @@ TEST(BodyFile, IsReadAsItWasWritten) {
         EXPECT_TRUE(surface.points == made.surface.points && surface.faces == made.surface.faces);
         EXPECT_TRUE(surface.phi == made.surface.phi && surface.stress == made.surface.stress &&
                     surface.load_stress == made.surface.load_stress);
+        EXPECT_EQ(surface.other_points, made.surface.other_points);
+        EXPECT_TRUE(surface.other_stress == made.surface.other_stress && surface.other_load_stress == made.surface.other_load_stress);
       }
       // The same body as text.
       write_sid(from_flexible_body(made.body, made.comment), own.path / "body.sid");
