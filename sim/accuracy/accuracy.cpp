@@ -362,6 +362,17 @@ struct Searched {
   bool checked = false;              // what is left out and the models are judged already
 };
 
+// Loads that come at once leave the first sample off where nothing else is, as a joint holds then what the beam's element beside it weighs:
+// how far off the outputs are after the first instants, which `shares` spread over a twentieth of the run. Empty where it is no less than
+// `asked`, or not known.
+std::string only_at_first(const Finished& found, double asked) {
+  const MatX& shares = found.sizes.shares;
+  const Eigen::Index later = shares.cols() - shares.cols() / 20 - 1;
+  if (later < 1 || found.error <= asked || std::abs(found.sizes.error - found.error) > 0.1 * found.error) return "";
+  const double rest = std::sqrt(3.0) * shares.rightCols(later).maxCoeff();  // of a whole vector at most
+  return rest > asked ? "" : fmt::format("; it is in the first instants, after them {:.1e} at most", rest);
+}
+
 Results stated(Task& t, Finished found, const Searched& searched, const SettingsMemory* memory) {
   const double accuracy = t.accuracy;
   count_lacking(t, found);
@@ -398,8 +409,8 @@ Results stated(Task& t, Finished found, const Searched& searched, const Settings
   if (t.options->check_effects) warn_of_leaving_plane(found.scene, t.search.states, s.notes);
   report_left_out(found.scene, t.lacking, accuracy, s);
   if (s.error_estimate > accuracy)
-    s.notes.warn("", fmt::format("the requested accuracy of {:g} was not reached: the estimated error is {:.1e} of the range of {}{}",
-                                 accuracy, s.error_estimate, found.column,
+    s.notes.warn("", fmt::format("the requested accuracy of {:g} was not reached: the estimated error is {:.1e} of the range of {}{}{}",
+                                 accuracy, s.error_estimate, found.column, found.unreached.empty() ? only_at_first(found, accuracy) : "",
                                  spent && found.unreached.empty()
                                      ? fmt::format("; the search ended after {:.0f} CPU s, {:.0f} times the CPU time of the scene as "
                                                    "written: request less accuracy, or remove this output",

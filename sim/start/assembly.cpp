@@ -52,7 +52,9 @@ void require_count(const Scene& scene, const JointDef& def, const char* key, siz
 
 struct Freedom {
   std::vector<int> value, rate;  // cluster rates that may be moved at the position and at the velocity level
-  std::vector<int> unguessed;    // of value, those of joints without a guess
+  // Of these, those of joints, which go first: the links of lumped beams are deformations and stay at rest where joints close the loop.
+  std::vector<int> joint_value, joint_rate;
+  std::vector<int> unguessed;  // of joint_value, those of joints without a guess
 };
 
 Freedom freedom_of(const Model& model, const Scene& scene, int cluster) {
@@ -62,9 +64,13 @@ Freedom freedom_of(const Model& model, const Scene& scene, int cluster) {
     const Part& p = model.parts[i];
     const JointDef* def = p.joint.scene_joint >= 0 ? &scene.joints[p.joint.scene_joint] : nullptr;
     for (int k = 0; k < p.joint.nv; ++k) {
-      if (!def || !def->initial.value) out.value.push_back(p.v0 - c.v0 + k);
-      if (!def || (!def->initial.value && !def->initial.guess)) out.unguessed.push_back(p.v0 - c.v0 + k);
-      if (!def || !def->initial.rate) out.rate.push_back(p.v0 - c.v0 + k);
+      const int column = p.v0 - c.v0 + k;
+      if (!def || !def->initial.value) out.value.push_back(column);
+      if (!def || !def->initial.rate) out.rate.push_back(column);
+      if (p.joint.link >= 0) continue;
+      if (!def || !def->initial.value) out.joint_value.push_back(column);
+      if (!def || !def->initial.rate) out.joint_rate.push_back(column);
+      if (!def || (!def->initial.value && !def->initial.guess)) out.unguessed.push_back(column);
     }
   }
   return out;
@@ -463,9 +469,12 @@ void assemble(Model& model, const Scene& scene, Work& work, Notes& notes) {
       const Freedom free = freedom_of(model, scene, cluster);
       const VecX before = work.q;
       // First what has no guess comes as near as it can to closing the loop, so that the guesses choose the way to close it.
-      if (free.unguessed.size() < free.value.size()) assemble_positions(model, cluster, free.unguessed, work);
+      if (free.unguessed.size() < free.joint_value.size()) assemble_positions(model, cluster, free.unguessed, work);
       // 1e-9 of the size is far above rounding and far below what anybody calls closed by construction.
-      if (assemble_positions(model, cluster, free.value, work) > 1e-9 * c.size) refuse_open(model, scene, before, work, cluster);
+      const double closed = 1e-9 * c.size;
+      const VecX unbent = work.q;
+      if (descend_upright(model, cluster, free.joint_value, work) > closed) work.q = unbent;
+      if (assemble_positions(model, cluster, free.value, work) > closed) refuse_open(model, scene, before, work, cluster);
       take_least_turns(model, scene, c, work);
       if (const LoopJoint* over = turned_over(model, cluster, work))
         notes.warn(fmt::format("joint '{}'", over->name),
@@ -512,10 +521,13 @@ void assemble_rates(const Model& model, const Scene& scene, Work& work, Notes& n
     update_cluster_velocities(model, cluster, work);
     update_closure_rates(model, cluster, work);
     work.clusters[k].partition = chosen;
-    const MatX A = scaled_columns(model, work, cluster, free.rate, scale);
     const VecX b = -scale.cwiseProduct(work.clusters[k].rate);
-    const VecX x = free.rate.empty() ? VecX() : least_squares(A, b);
-    const VecX left = free.rate.empty() ? b : VecX(b - A * x);
+    VecX x, left;
+    const auto close_with = [&](const std::vector<int>& columns) {
+      const MatX A = scaled_columns(model, work, cluster, columns, scale);
+      x = columns.empty() ? VecX() : least_squares(A, b);
+      left = columns.empty() ? b : VecX(b - A * x);
+    };
     // Against the speeds that meet in the loop, also what carries it along: where they fit, only rounding of them is left.
     const Vec6& carrier = work.bases[k].V;
     double speed = std::max({b.cwiseAbs().maxCoeff(), carrier.head<3>().norm(), carrier.tail<3>().norm() * c.size});
@@ -525,8 +537,14 @@ void assemble_rates(const Model& model, const Scene& scene, Work& work, Notes& n
         speed = std::max(speed, std::abs(work.motion[j.motion].rate) * (is_length(j.kind, 0) ? 1.0 : c.size));
     // Rates that are rounding themselves contradict nothing: what opens over the run by less than a rounding of the loop's size.
     constexpr double rounding = 1e-12;
-    const double open = left.cwiseAbs().maxCoeff();
-    if (open > 1e-8 * speed && open * scene.simulation.duration > rounding * c.size) {
+    const auto opens = [&] {
+      const double open = left.cwiseAbs().maxCoeff();
+      return open > 1e-8 * speed && open * scene.simulation.duration > rounding * c.size;
+    };
+    const std::vector<int>* moved = &free.joint_rate;
+    close_with(*moved);
+    if (opens() && free.rate.size() > moved->size()) close_with(*(moved = &free.rate));
+    if (opens()) {
       int row = 0;
       left.cwiseAbs().maxCoeff(&row);
       std::string motions, rates;
@@ -558,7 +576,7 @@ void assemble_rates(const Model& model, const Scene& scene, Work& work, Notes& n
           scene.file.string(), given, closure_row_name(model, work.clusters[cluster], cluster, row), motions,
           motions.empty() || rates.empty() ? "" : "; ", rates, left[row], rates.empty() ? "motion" : "rate", closing));
     }
-    for (size_t f = 0; f < free.rate.size(); ++f) work.w[c.v0 + free.rate[f]] += x[f] / rate_scale(model, cluster, free.rate[f]);
+    for (size_t f = 0; f < moved->size(); ++f) work.w[c.v0 + (*moved)[f]] += x[f] / rate_scale(model, cluster, (*moved)[f]);
     close_velocities(model, cluster, work);
     if (leave_change_point(model, scene, cluster, work))
       notes.tell(closure_of(model, c), "its loop starts in a change point: moved by 1e-5 of its size along the initial rates");

@@ -4,7 +4,7 @@ import pathlib
 import re
 
 from program import expect, finish, history, near, run, source, temporary_folder
-from scene_text import joint, output, rigid, simulation
+from scene_text import body, joint, output, rigid, simulation
 
 
 def meet(a, ra, b, rb, side):
@@ -59,6 +59,44 @@ def started(folder, text):
     (folder / "scene.toml").write_text(text)
     run("simulate", folder / "scene.toml", "-o", folder / "r.h5", "--csv", folder / "h.csv")
     return history(folder / "h.csv")
+
+
+def starts_straight(folder, model):
+    """A four-bar from guesses of two digits, its crank turning at once: its beam is straight and turns as a rigid rod when it starts."""
+    a, b, c, d, turn, rate = 0.1, 0.35, 0.25, 0.4, 0.8, 20.0
+    pin = (a * math.cos(turn), a * math.sin(turn))
+    end = meet(pin, b, (d, 0), c, 1)
+    coupler, rocker = direction(pin, end), direction((d, 0), end)
+    text = (
+        simulation(0.002, output_rate=2000, tolerance=1e-8)
+        + rigid("crank", mass=1, inertia=[0.1] * 3, frames={"end": [a, 0, 0]})
+        + rigid("rocker", mass=1, inertia=[0.1] * 3, frames={"end": [c, 0, 0]})
+        + body(
+            "rod",
+            "beam",
+            length=b,
+            section={"shape": "rectangle", "width": 0.01, "height": 0.01},
+            material={"density": 7850, "youngs_modulus": 2.1e11},
+            model=model,
+        )
+        + joint("drive", "revolute", "ground", "crank", motion=f"{turn} + {rate}*t")
+        + joint("pin", "revolute", "crank.end", "rod.root", initial={"guess": round(coupler - turn, 2)})
+        + joint("hinge", "revolute", "ground", "rocker", position=[d, 0, 0], initial={"guess": round(rocker, 2)})
+        + joint("eye", "revolute", "rod.tip", "rocker.end", initial={"guess": round(rocker - coupler, 2)})
+        + output("strain", "system", "strain")
+        + output("kinetic", "system", "kinetic")
+    )
+    columns = started(folder, text)
+    # The velocity of the rod's tip, along the rod as that of its root and across the rocker.
+    root = (-rate * pin[1], rate * pin[0])
+    u, across = (math.cos(coupler), math.sin(coupler)), (-math.sin(rocker), math.cos(rocker))
+    speed = (root[0] * u[0] + root[1] * u[1]) / (across[0] * u[0] + across[1] * u[1])
+    tip = (speed * across[0], speed * across[1])
+    # m/6 (v1^2 + v1 v2 + v2^2) of an even rod.
+    rod = 7850 * b * 0.01**2 / 6 * sum(p * p + p * q + q * q for p, q in zip(root, tip))
+    whole = rod + 0.05 * rate**2 + 0.05 * (speed / c) ** 2
+    near(columns["kinetic"][0], whole, 1e-3 * rod, f"kinetic energy at the start, {model}")
+    near(columns["strain"][0], 0.0, 1e-9 * whole, f"strain energy at the start, {model}")
 
 
 def compare(h, frame, place, bound, what):
@@ -465,4 +503,6 @@ with temporary_folder() as folder:
     for linkage in (rates_of_rounding, thin_coupler):
         linkage(folder)
     spatial_loops(folder)
+    for model in ("finite-element", "lumped", "mixed"):
+        starts_straight(folder, model)
 finish()
