@@ -1,7 +1,7 @@
 #include "render/base/file.h"
 
 #include "sim/base/error.h"
-#include "sim/base/file_output.h"
+#include "sim/base/output_file.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>

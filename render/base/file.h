@@ -10,7 +10,7 @@
 namespace flexframe::render {
 
 // The bytes appear under the name at once, complete, replacing what was there; where it is a link, the file that it leads to; a stream
-// (sim/base/file_output.h) is written to. Until then they have no name (O_TMPFILE) or, where the file system knows no nameless files, a
+// (sim/base/output_file.h) is written to. Until then they have no name (O_TMPFILE) or, where the file system knows no nameless files, a
 // temporary one in the same folder that is removed on failure.
 void write_file(const std::filesystem::path& name, std::span<const std::uint8_t> bytes);
 

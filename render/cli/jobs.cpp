@@ -10,6 +10,7 @@
 #include "render/film/rigid_mesh.h"
 #include "render/picture/mesh.h"
 #include "sim/base/file_output.h"
+#include "sim/base/files_read.h"
 #include "sim/base/words.h"
 #include "sim/scene/fingerprint.h"
 #include "sim/scene/picture_accuracy.h"
@@ -237,6 +238,7 @@ Job read_job(const fs::path& scene_file, const std::vector<std::string>& setting
   film::check_render_settings(job.settings, job.scene);
   for (const sim::BodyDef& body : job.scene.bodies)
     if (body.mesh) {
+      sim::note_file_read(*body.mesh);
       const render::Mesh mesh = render::read_mesh(*body.mesh);
       check_mesh_size(job.scene, body, mesh);
       for (const auto* texts : {&mesh.warnings, &mesh.faults})

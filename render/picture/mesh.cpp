@@ -5,8 +5,6 @@
 #include "render/picture/ears.h"
 #include "render/picture/mesh_polygons.h"
 
-#include "sim/base/files_read.h"
-
 #include <assimp/GltfMaterial.h>
 #include <assimp/config.h>
 #include <assimp/material.h>
@@ -226,7 +224,6 @@ std::string read_text(const fs::path& path) {
   if (fs::is_directory(path, error)) throw MeshError(fmt::format("{}: is a folder, a mesh file is needed", path.string()));
   std::ifstream file(path, std::ios::binary | std::ios::ate);
   if (!file) throw MeshError(fmt::format("{}: cannot be opened for reading", path.string()));
-  sim::note_file_read(path);
   const auto size = static_cast<std::streamoff>(file.tellg());
   std::string text(static_cast<size_t>(std::max<std::streamoff>(size, 0)), '\0');
   file.seekg(0);
