@@ -1,7 +1,6 @@
 #include "render/base/file.h"
 
 #include "sim/base/error.h"
-#include "sim/base/output_file.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -41,14 +40,7 @@ int write_all(int fd, std::span<const std::uint8_t> bytes) {
 
 }  // namespace
 
-void write_file(const std::filesystem::path& name, std::span<const std::uint8_t> bytes) {
-  const sim::OutputFile output = sim::output_file(name);
-  const std::filesystem::path& path = output.path;
-  if (output.stream) {
-    if (const int reason = sim::write_to_stream(output, {reinterpret_cast<const char*>(bytes.data()), bytes.size()}))
-      fail(path, "cannot write", reason);
-    return;
-  }
+void write_file(const std::filesystem::path& path, std::span<const std::uint8_t> bytes) {
   const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
   static std::atomic<unsigned> counter{0};
   std::filesystem::path temporary =

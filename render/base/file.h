@@ -9,10 +9,9 @@
 
 namespace flexframe::render {
 
-// The bytes appear under the name at once, complete, replacing what was there; where it is a link, the file that it leads to; a stream
-// (sim/base/output_file.h) is written to. Until then they have no name (O_TMPFILE) or, where the file system knows no nameless files, a
-// temporary one in the same folder that is removed on failure.
-void write_file(const std::filesystem::path& name, std::span<const std::uint8_t> bytes);
+// The bytes appear under the name at once, complete, replacing what was there. Until then they have no name (O_TMPFILE)
+// or, where the file system knows no nameless files, a temporary one in the same folder that is removed on failure.
+void write_file(const std::filesystem::path& path, std::span<const std::uint8_t> bytes);
 
 // Removes the temporary files that killed processes left in a folder for files whose names begin with start.
 void remove_parts(const std::filesystem::path& folder, std::string_view start);

@@ -1,7 +1,6 @@
 // flexframe compare: image regression.
 #include "render/cli/commands.h"
 
-#include "render/base/file.h"
 #include "render/cli/compare_parts.h"
 #include "render/cli/compare_results.h"
 #include "render/cli/engine.h"
@@ -10,6 +9,7 @@
 #include "render/cli/version.h"
 #include "render/image/compare_page.h"
 #include "render/image/compare_summary.h"
+#include "sim/base/file_output.h"
 #include "sim/base/words.h"
 
 #include <fmt/format.h>
@@ -126,9 +126,7 @@ render::Facts make_facts(const render::CompareRequest& request) {
                                      gate.weight, gate.mean, gate.local)}};
 }
 
-void write_text(const std::string& file, const std::string& text) {
-  render::write_file(file, std::span(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
-}
+void write_text(const std::string& file, const std::string& text) { sim::write_whole_file(file, text); }
 
 void write_reports(const Options& o, const render::Comparison& comparison, const render::CompareRequest& request) {
   if (o.report.empty() && o.junit.empty() && o.markdown.empty()) return;

@@ -7,17 +7,19 @@
 #include "render/cli/results_job.h"
 #include "render/cli/terminal.h"
 
-#include "render/base/file.h"
 #include "render/film/body_model.h"
 #include "render/film/gltf.h"
 #include "render/film/vtk.h"
+#include "sim/base/file_output.h"
 #include "sim/base/words.h"
 #include "sim/results/csv.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <memory>
+#include <vector>
 
 #include <unistd.h>
 
@@ -61,8 +63,9 @@ nlohmann::ordered_json export_csv(const sim::Results& results, const std::string
 nlohmann::ordered_json export_gltf(const ResultsJob& job, const ExportWords& words, const fs::path& out, Told& told) {
   const film::Animation animation = film::make_animation(job.results, job.settings, job.scene ? &*job.scene : nullptr);
   film::GltfReport report;
-  render::write_file(
-      out, film::make_gltf(animation, words.scale, out.extension() != ".gltf", report, {.ghosts = words.ghosts, .traces = words.traces}));
+  const std::vector<std::uint8_t> bytes =
+      film::make_gltf(animation, words.scale, out.extension() != ".gltf", report, {.ghosts = words.ghosts, .traces = words.traces});
+  sim::write_whole_file(out, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   add_notes(told, animation);
   told.notes.insert(told.notes.end(), report.notes.begin(), report.notes.end());
   return {{"nodes", report.nodes},

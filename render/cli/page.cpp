@@ -1,9 +1,9 @@
 #include "render/cli/page.h"
 
-#include "render/base/file.h"
 #include "render/draw/renderer.h"
 #include "render/film/page.h"
 #include "render/image/png.h"
+#include "sim/base/file_output.h"
 
 #include <fmt/format.h>
 
@@ -18,7 +18,7 @@ nlohmann::ordered_json write_page(const sim::Results& results, const film::Rende
   const std::vector<std::uint8_t> png = render::encode_png(render::Renderer().draw(memory.picture), {.level = 9, .text = {}});
   film::PageReport report;
   const std::string page = film::make_page(animation, scene, png, report);
-  render::write_file(out, {reinterpret_cast<const std::uint8_t*>(page.data()), page.size()});
+  sim::write_whole_file(out, page);
   add_notes(told, animation);
   told.notes.insert(told.notes.end(), report.notes.begin(), report.notes.end());
   return {{"page", out.string()},    {"pictures", report.pictures},

@@ -1,6 +1,6 @@
 // flexframe reduce: a finite element model becomes a flexible body (SID or HDF5) with its surface mesh and a report.
-#include "render/cli/overwrite.h"
 #include "render/cli/reduce.h"
+#include "render/cli/overwrite.h"
 
 #include "render/cli/cache.h"
 #include "render/cli/commands.h"

@@ -6,6 +6,7 @@
 #include "render/base/file.h"
 #include "render/picture/mesh.h"
 #include "sim/base/error.h"
+#include "sim/base/file_output.h"
 #include "sim/base/plain_text.h"
 #include "sim/base/types.h"
 
@@ -381,13 +382,13 @@ DeformReport deform(const fs::path& nodes, const fs::path& mesh_file, const fs::
       const auto row = static_cast<Eigen::Index>(v);
       moved[v] += glm::dvec3(u(row, 0), u(row, 1), u(row, 2));
     }
-    render::write_obj(output, mesh, moved);
+    render::write_obj(sim::output_file(output).path, mesh, moved);
     return report;
   }
   fmt::memory_buffer text;
   fmt::format_to(std::back_inserter(text), "ux,uy,uz\n");
   for (Eigen::Index v = 0; v < u.rows(); ++v) fmt::format_to(std::back_inserter(text), "{},{},{}\n", u(v, 0), u(v, 1), u(v, 2));
-  render::write_file(output, std::span(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
+  sim::write_whole_file(output, {text.data(), text.size()});
   return report;
 }
 

@@ -8,6 +8,7 @@
 #include <charconv>
 #include <csignal>
 #include <cstdint>
+#include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <vector>
@@ -89,6 +90,16 @@ class Sha256 {
   std::uint64_t length_ = 0;
 };
 
+// 0, or the errno of the failure.
+int write_all(int file, std::string_view content) {
+  while (!content.empty()) {
+    const ssize_t written = ::write(file, content.data(), content.size());
+    if (written >= 0) content.remove_prefix(static_cast<std::size_t>(written));
+    else if (errno != EINTR) return errno;
+  }
+  return 0;
+}
+
 // Temporary files of processes of this machine that were killed: "STEM4711" where no process 4711 lives.
 void remove_left_over(const std::filesystem::path& folder, const std::string& stem) {
   std::error_code error;
@@ -106,12 +117,45 @@ void remove_left_over(const std::filesystem::path& folder, const std::string& st
 
 }  // namespace
 
+OutputFile output_file(const std::filesystem::path& name) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  OutputFile out{name};
+  const fs::path open_files = fmt::format("/proc/{}/fd", ::getpid());
+  constexpr int longest = 40;  // links one after the other, as Linux follows
+  for (int links = 0; links <= longest; ++links) {
+    const fs::path folder = fs::canonical(out.path.has_parent_path() ? out.path.parent_path() : fs::path("."), error);
+    if (!error && folder == open_files) {
+      const std::string number = out.path.filename().string();
+      std::from_chars(number.data(), number.data() + number.size(), out.descriptor);
+      out.stream = true;
+      return out;
+    }
+    if (!fs::is_symlink(out.path, error)) break;
+    out.path = out.path.parent_path() / fs::read_symlink(out.path, error);
+  }
+  const fs::file_type type = fs::status(out.path, error).type();
+  out.stream =
+      type == fs::file_type::character || type == fs::file_type::fifo || type == fs::file_type::socket || type == fs::file_type::block;
+  return out;
+}
+
+int write_to_stream(const OutputFile& output, std::string_view content) {
+  // Opened anew, a file that stdout goes to would be written from its beginning.
+  std::fflush(nullptr);
+  const int file = output.descriptor >= 0 ? ::dup(output.descriptor) : ::open(output.path.c_str(), O_WRONLY | O_CLOEXEC);
+  if (file < 0) return errno;
+  int reason = write_all(file, content);
+  if (::close(file) != 0 && reason == 0) reason = errno;
+  return reason;
+}
+
 PendingFile::PendingFile(std::filesystem::path final_path) {
   std::error_code error;
   output_ = output_file(final_path);
   final_ = output_.path;
   if (final_.filename().empty() || std::filesystem::is_directory(final_, error)) fail(final_, "it is a directory; a file name is expected");
-  const std::filesystem::path folder = output_.stream            ? std::filesystem::temp_directory_path(error)
+  const std::filesystem::path folder = output_.stream             ? std::filesystem::temp_directory_path(error)
                                        : final_.has_parent_path() ? final_.parent_path()
                                                                   : std::filesystem::path(".");
   if (!std::filesystem::is_directory(folder, error)) fail(final_, fmt::format("the folder {} does not exist", folder.string()));

@@ -1,13 +1,22 @@
 // Files that appear under their final name whole or not at all, and the fingerprints of inputs.
 #pragma once
 
-#include "sim/base/output_file.h"
-
 #include <filesystem>
 #include <string>
 #include <string_view>
 
 namespace flexframe::sim {
+
+// What a name stands for where files are written: the file that a link leads to, not the link.
+struct OutputFile {
+  std::filesystem::path path;
+  bool stream = false;  // a pipe, a device or an open file of this process (/dev/stdout): written to, never replaced
+  int descriptor = -1;  // of the open file
+};
+OutputFile output_file(const std::filesystem::path& name);
+
+// Adds to what a stream was given. 0, or the errno of the failure.
+int write_to_stream(const OutputFile& output, std::string_view content);
 
 // A file in the making, beside its final name; removed unless committed.
 class PendingFile {

@@ -1,4 +1,5 @@
-// Stiffness and damping of springs, cables and bushings between frames, as the independent rates see them: what Newton's matrix asks of them.
+// Stiffness and damping of springs, cables and bushings between frames, as the independent rates see them: what Newton's matrix asks of
+// them.
 #pragma once
 
 #include "sim/dynamics/plane_work.h"
@@ -13,7 +14,7 @@ bool is_line(const Load& load);
 // the state; elastic coordinates, joints' coordinates along their rates) and by -G diag(damping) G^T per rate. What turns or lengthens the
 // levers of a pull is left out.
 struct LineStiffness {
-  MatX forces;               // independent rates x lines: per unit of pull
+  MatX forces;              // independent rates x lines: per unit of pull
   VecX stiffness, damping;  // N/m, N s/m
 };
 

@@ -9,7 +9,8 @@ namespace flexframe::sim {
 void tell_of_zero_displacements(const Scene& scene, Results& results) {
   for (const OutputDef& output : scene.outputs) {
     if (output.quantity != Quantity::displacement) continue;
-    const auto body = std::find_if(results.bodies.begin(), results.bodies.end(), [&](const ResultBody& b) { return b.name == output.of.body; });
+    const auto body =
+        std::find_if(results.bodies.begin(), results.bodies.end(), [&](const ResultBody& b) { return b.name == output.of.body; });
     if (body == results.bodies.end() || body->displacement.size() == 0 || body->displacement.isZero(0.0)) continue;
     const auto zero = [&](const ResultOutput& column) {
       return !column.column.starts_with(output.name + ".") || column.values.isZero(0.0);

@@ -45,8 +45,7 @@ bool closed_form(const System& system) {
   const Model& model = system.model;
   for (const Load& load : model.loads)
     if (const ForceKind kind = load.def.kind;
-        !is_line(load) &&
-        (load.function >= 0 || (kind != ForceKind::force && kind != ForceKind::torque && kind != ForceKind::distributed)))
+        !is_line(load) && (load.function >= 0 || (kind != ForceKind::force && kind != ForceKind::torque && kind != ForceKind::distributed)))
       return false;
   for (const LoopJoint& loop : model.loops)
     if (loop.spring) return false;

@@ -3,10 +3,10 @@
 // dependent coordinates and quadratures.
 //
 // What is stiff in most scenes is known in closed form: the structural stiffness and damping of the bodies, and those of springs, dampers,
-// cables and bushings between frames, through the mass matrix of the state evaluated last. Joint coordinates and rates, which carry springs, stops and contact, are differenced. Terms that are
-// neither (gyroscopic ones, the geometric stiffness of the momentary loads) are left out: they slow Newton's method down by about
-// their rate times the step, and change no solution. Where tables, functions of the state or springs of loops act all columns
-// are differenced, and of bodies that carry each other in a plane, or with few elastic coordinates.
+// cables and bushings between frames, through the mass matrix of the state evaluated last. Joint coordinates and rates, which carry
+// springs, stops and contact, are differenced. Terms that are neither (gyroscopic ones, the geometric stiffness of the momentary loads) are
+// left out: they slow Newton's method down by about their rate times the step, and change no solution. Where tables, functions of the state
+// or springs of loops act all columns are differenced, and of bodies that carry each other in a plane, or with few elastic coordinates.
 #pragma once
 
 #include "sim/time/integrator.h"
