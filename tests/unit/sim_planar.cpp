@@ -449,6 +449,18 @@ TEST(NewtonMatrix, IsTheDerivative) {
   }
 }
 
+// From forces on the independent rates, at the state evaluated last, to accelerations.
+void respond(System& system, MatX& X) {
+  if (system.plane) {
+    PlaneWork work(system.work, *system.plane);
+    complete_mass_matrices(system.model, work);
+    force_responses(system.model, work, X);
+  } else {
+    complete_mass_matrices(system.model, system.work);
+    force_responses(system.model, system.work, X);
+  }
+}
+
 // Bodies that hang on flexible ones: what stiffness and damping of each make of all accelerations, at rest, in a plane and in space,
 // through links, loops that are carried, and parts that a motion drives.
 TEST(NewtonMatrix, OfBodiesThatFlexibleOnesCarry) {
@@ -491,14 +503,7 @@ TEST(NewtonMatrix, OfBodiesThatFlexibleOnesCarry) {
       for (Eigen::Index c = 0; c < nw; ++c)
         if (const auto& a = elastic[r], &b = elastic[c]; a.first >= 0 && a.first == b.first)
           X(r, c) = -model.parts[a.first].body.Ke(a.second, b.second);
-    if (system.plane) {
-      PlaneWork work(system.work, *system.plane);
-      complete_mass_matrices(model, work);
-      force_responses(model, work, X);
-    } else {
-      complete_mass_matrices(model, system.work);
-      force_responses(model, system.work, X);
-    }
+    respond(system, X);
     system.weights.begin(system, Method::dirk, y);
     MechanicalJacobian j;
     update_newton_matrix(system, 0.0, y.data(), nullptr, {}, j);
@@ -595,18 +600,8 @@ TEST(NewtonMatrix, OfSpringsBetweenFrames) {
     // The bodies' own, by the scene without the line.
     System bare = system_of(simulation("[0, 0, 0]") + c.bodies);
     const VecX bare_y = pack_state(bare, Eigen::Vector2d::Zero());
-    const auto respond = [&](MatX& X) {
-      if (system.plane) {
-        PlaneWork work(system.work, *system.plane);
-        complete_mass_matrices(model, work);
-        force_responses(model, work, X);
-      } else {
-        complete_mass_matrices(model, system.work);
-        force_responses(model, system.work, X);
-      }
-    };
-    respond(K);
-    respond(D);
+    respond(system, K);
+    respond(system, D);
     int seen = 0;
     for (size_t k = 0; k < elastic.size(); ++k) {
       if (!elastic[k]) continue;
