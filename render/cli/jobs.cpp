@@ -411,7 +411,7 @@ void require_writable(const fs::path& path) {
 void require_writable_file(const fs::path& file) {
   const sim::OutputFile output = sim::output_file(file);
   if (output.descriptor == STDOUT_FILENO) silence_stdout();
-  if (!output.stream) require_writable(fs::absolute(output.path).parent_path());
+  if (!output.stream) require_writable(fs::absolute(file).parent_path());
 }
 
 void make_folder(const fs::path& path) {

@@ -12,17 +12,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// By any of its names. Devices and pipes may be read and written at once.
-bool is_file(const fs::path& a, const fs::path& b) {
+// The entry of a folder that a name is.
+fs::path entry(const fs::path& name) {
   std::error_code error;
-  return fs::is_regular_file(a, error) && fs::equivalent(a, b, error);
+  const fs::path whole = fs::absolute(name, error).lexically_normal();
+  return fs::weakly_canonical(whole.parent_path(), error) / whole.filename();
 }
 
-// Of files that are not there yet.
-bool same_name(const fs::path& a, const fs::path& b) {
+// Whether writing to `output` takes the place of `input` or of the file that it leads to. A link at the output's name is replaced itself.
+bool takes_place(const fs::path& output, const fs::path& input) {
   std::error_code error;
-  if (sim::output_file(a).stream) return false;
-  return fs::weakly_canonical(fs::absolute(a, error), error) == fs::weakly_canonical(fs::absolute(b, error), error);
+  if (!fs::is_regular_file(input, error)) return false;
+  return entry(output) == entry(input) || entry(output) == fs::canonical(input, error);
 }
 
 }  // namespace
@@ -34,10 +35,10 @@ void require_not_read(const std::vector<fs::path>& outputs, const std::vector<fs
   for (auto out = outputs.begin(); out != outputs.end(); ++out) {
     if (out->empty()) continue;
     for (const fs::path& file : read)
-      if (!file.empty() && is_file(*out, file))
+      if (!file.empty() && takes_place(*out, file))
         throw UsageError(fmt::format("{} is a file that is read and would be overwritten: give the output another name", out->string()));
     for (auto other = outputs.begin(); other != out; ++other)
-      if (!other->empty() && (is_file(*out, *other) || same_name(*out, *other)))
+      if (!other->empty() && !sim::output_file(*out).stream && entry(*out) == entry(*other))
         throw UsageError(fmt::format("{} would be written twice, as {}: give one of them another name", out->string(),
                                      other->string() == out->string() ? "two outputs" : other->string()));
   }

@@ -382,7 +382,7 @@ DeformReport deform(const fs::path& nodes, const fs::path& mesh_file, const fs::
       const auto row = static_cast<Eigen::Index>(v);
       moved[v] += glm::dvec3(u(row, 0), u(row, 1), u(row, 2));
     }
-    render::write_obj(sim::output_file(output).path, mesh, moved);
+    render::write_obj(output, mesh, moved);
     return report;
   }
   fmt::memory_buffer text;

@@ -123,20 +123,21 @@ OutputFile output_file(const std::filesystem::path& name) {
   OutputFile out{name};
   const fs::path open_files = fmt::format("/proc/{}/fd", ::getpid());
   constexpr int longest = 40;  // links one after the other, as Linux follows
+  fs::path at = name;
   for (int links = 0; links <= longest; ++links) {
-    const fs::path folder = fs::canonical(out.path.has_parent_path() ? out.path.parent_path() : fs::path("."), error);
+    const fs::path folder = fs::canonical(at.has_parent_path() ? at.parent_path() : fs::path("."), error);
     if (!error && folder == open_files) {
-      const std::string number = out.path.filename().string();
+      const std::string number = at.filename().string();
       std::from_chars(number.data(), number.data() + number.size(), out.descriptor);
       out.stream = true;
       return out;
     }
-    if (!fs::is_symlink(out.path, error)) break;
-    out.path = out.path.parent_path() / fs::read_symlink(out.path, error);
+    if (!fs::is_symlink(at, error)) break;
+    at = at.parent_path() / fs::read_symlink(at, error);
   }
-  const fs::file_type type = fs::status(out.path, error).type();
-  out.stream =
-      type == fs::file_type::character || type == fs::file_type::fifo || type == fs::file_type::socket || type == fs::file_type::block;
+  // Other links are replaced: who planted one shall not lead the writing elsewhere.
+  const fs::file_type type = fs::symlink_status(name, error).type();
+  out.stream = type == fs::file_type::character || type == fs::file_type::fifo || type == fs::file_type::socket;
   return out;
 }
 
@@ -155,6 +156,8 @@ PendingFile::PendingFile(std::filesystem::path final_path) {
   output_ = output_file(final_path);
   final_ = output_.path;
   if (final_.filename().empty() || std::filesystem::is_directory(final_, error)) fail(final_, "it is a directory; a file name is expected");
+  if (std::filesystem::is_block_file(std::filesystem::symlink_status(final_, error)))
+    fail(final_, "it is a device that holds a file system");
   const std::filesystem::path folder = output_.stream             ? std::filesystem::temp_directory_path(error)
                                        : final_.has_parent_path() ? final_.parent_path()
                                                                   : std::filesystem::path(".");

@@ -7,10 +7,10 @@
 
 namespace flexframe::sim {
 
-// What a name stands for where files are written: the file that a link leads to, not the link.
+// What a name stands for where files are written: a file that appears under it, in place of a link that may lie there, or a stream.
 struct OutputFile {
   std::filesystem::path path;
-  bool stream = false;  // a pipe, a device or an open file of this process (/dev/stdout): written to, never replaced
+  bool stream = false;  // a pipe, a terminal or the like, or an open file of this process (/dev/stdout): written to, never replaced
   int descriptor = -1;  // of the open file
 };
 OutputFile output_file(const std::filesystem::path& name);

@@ -33,7 +33,7 @@ start = "static"
 name = "coil"
 kind = "beam"
 axis = { x = "0.05*sin(u) + 0.003*u", y = "0.05*(1 - cos(u))", z = "0.004*(1 - cos(u/6))", to = "6*pi" }
-volumes = 120
+volumes = 200
 section = { shape = "circle", radius = 0.003 }
 material = { density = 7850, youngs_modulus = 2.1e11 }
 

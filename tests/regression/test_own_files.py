@@ -1,4 +1,4 @@
-"""What a command writes: never in place of what it reads, through links to where they lead, into streams without replacing them."""
+"""What a command writes: never in place of what it reads, in place of links, into streams without replacing them."""
 import os
 import pathlib
 import shutil
@@ -45,7 +45,7 @@ with temporary_folder() as folder:
     (folder / "nodes.csv").write_text("x,y,z,ux,uy,uz\n0,0,0,0,0,0\n1,0,0,0,0,1\n0,1,0,0,0,0\n0,0,1,0,0,0\n")
     shutil.copy(source / "assets/conrod/conrod.sid", folder / "rod.sid")
     (folder / "link.toml").symlink_to("scene.toml")
-    os.link(folder / "rod.sid", folder / "other.sid")
+    (folder / "same").symlink_to(".")
     results = folder / "results.h5"
     run("simulate", scene, "-o", results)
 
@@ -55,9 +55,10 @@ with temporary_folder() as folder:
     twice = "would be written twice, as two outputs: give one of them another name"
     for words, why in [
         (["simulate", scene, "-o", scene], read),
-        (["simulate", scene, "-o", folder / "x.h5", "--csv", folder / "link.toml"], read),
+        (["simulate", folder / "link.toml", "-o", folder / "x.h5", "--csv", scene], read),
+        (["simulate", folder / "link.toml", "-o", folder / "link.toml"], read),
         (["simulate", scene, "-o", folder / "rod.sid"], read),
-        (["simulate", scene, "--csv", folder / "other.sid"], read),
+        (["simulate", scene, "--csv", folder / "same/rod.sid"], read),
         (["simulate", scene, "--csv", folder / "part.obj"], read),
         (["simulate", folder / "asked.settings.toml", "--accuracy", "0.01", "-o", folder / "asked.h5"], read),
         (["simulate", scene, "-o", folder / "x", "--csv", folder / "." / "x"], twice),
@@ -79,15 +80,13 @@ with temporary_folder() as folder:
     done = run("reduce", folder / "deck.inp", "--report", folder / "deck.inp", "-o", folder / "d.sid", code=2)
     expect(read in done.stderr and (folder / "deck.inp").read_bytes() == deck.read_bytes(), f"reduce: {done.stderr}")
 
-    # A link leads to the file that is written; it stays a link, also where that file is not there yet.
-    (folder / "far").mkdir()
-    for name in ("old.csv", "new.csv"):
-        (folder / name).symlink_to(f"far/{name}")
-    (folder / "far/old.csv").write_text("before\n")
-    for name in ("old.csv", "new.csv"):
-        run("simulate", scene, "--csv", folder / name)
-        expect((folder / name).is_symlink() and (folder / "far" / name).read_text().startswith("t,at.x"), f"{name}: no longer a link")
-    table = (folder / "far/old.csv").read_text()
+    # A link at an output's name is replaced; what it led to stays.
+    (folder / "kept.csv").write_text("kept\n")
+    (folder / "table.csv").symlink_to("kept.csv")
+    run("simulate", scene, "--csv", folder / "table.csv")
+    table = (folder / "table.csv").read_text()
+    expect(not (folder / "table.csv").is_symlink() and table.startswith("t,at.x"), "a link was not replaced")
+    expect((folder / "kept.csv").read_text() == "kept\n", "a link was followed")
 
     # Streams: stdout as a pipe and as a file, whole and with nothing else in it; a named pipe.
     for name in ("/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"):
