@@ -7,11 +7,6 @@
 namespace flexframe::sim {
 namespace {
 
-double height_between(const Work&, int, int) { return 0.0; }
-double height_between(const PlaneWork& work, int from, int on) {
-  return work.plane.frame_constants[on].height - work.plane.frame_constants[from].height;
-}
-
 template <class W>
 class Lines {
   using S = typename W::In;

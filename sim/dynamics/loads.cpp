@@ -38,11 +38,6 @@ struct Line {
   double length, rate;
 };
 
-double height_between(const Work&, const Load&) { return 0.0; }
-double height_between(const PlaneWork& work, const Load& load) {
-  return work.plane.frame_constants[load.on].height - work.plane.frame_constants[load.from].height;
-}
-
 template <class W>
 Line<typename W::In> line_between(const Model& model, const W& work, int from, int on, double height) {
   using S = typename W::In;
@@ -58,7 +53,7 @@ Line<typename W::In> line_between(const Model& model, const W& work, int from, i
 // The same of a load: of a cable over pulleys its whole length, without a direction.
 template <class W>
 Line<typename W::In> line_between(const Model& model, const W& work, const Load& load) {
-  if (load.path.empty()) return line_between(model, work, load.from, load.on, height_between(work, load));
+  if (load.path.empty()) return line_between(model, work, load.from, load.on, height_between(work, load.from, load.on));
   Line<typename W::In> sum{W::In::Linear::Zero(), 0.0, 0.0};
   for (size_t k = 1; k < load.path.size(); ++k) {
     const auto stretch = line_between(model, work, load.path[k - 1], load.path[k], 0.0);

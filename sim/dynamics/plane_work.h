@@ -94,4 +94,10 @@ Vec6 in_space(const PlaneWork& work, int frame, const Vec3& V);
 // frames stay as they were.
 void place_in_space(const Model& model, const PlaneWork& from, Work& to);
 
+// How far frame `on` lies above frame `from` along the plane's normal, m, which poses in a plane lack; 0 in space.
+inline double height_between(const Work&, int, int) { return 0.0; }
+inline double height_between(const PlaneWork& work, int from, int on) {
+  return work.plane.frame_constants[on].height - work.plane.frame_constants[from].height;
+}
+
 }  // namespace flexframe::sim
