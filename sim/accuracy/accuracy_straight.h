@@ -79,7 +79,11 @@ class Straight {
   bool leaves_out_more() const;
   bool judge_deformations(bool following);
   bool judge_effects(bool following = false);
-  bool measure_effects(const std::optional<Method>& method, bool following);
+  bool judge_forces(Finished& f);
+  void count_effects(Finished& f) const;
+  std::vector<std::string> to_measure(bool following);
+  std::vector<std::string> shift_forces() const;
+  std::optional<std::vector<Neglected>> leave_out_measured(NeglectOptions check, const Histories& base, double least);
   void leave(const Task::Share& share);
   void report_chosen(Finished& f) const;
   Finished as_written() const;

@@ -1,8 +1,10 @@
 #include "sim/accuracy/accuracy_straight.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace flexframe::sim {
@@ -10,6 +12,8 @@ namespace {
 
 // What an event shifts can be worth a multiple of what is told along the motion (run_scene.cpp).
 constexpr double may_shift_events = 5e-4;
+// CPU s that second runs may take in any case where a run is judged that may not be the last.
+constexpr double least_look = 0.05;
 
 }  // namespace
 
@@ -55,8 +59,47 @@ void Straight::leave(const Task::Share& share) {
   shares_.push_back(share);
 }
 
-// What the motion says of the effects that are off; those that a pair of runs tells better by one where they may decide.
-bool Straight::judge_effects(bool following) { return judge_deformations(following) && measure_effects(t_.options->method, following); }
+// What the motion says of the effects that are off; those that a pair of runs tells better by one where they may decide. following: forces
+// wait for the run that follows vibrations (judge_forces), as one that steps over them has lost what they depend on.
+bool Straight::judge_effects(bool following) {
+  if (!judge_deformations(following)) return false;
+  NeglectOptions check;
+  check.tolerance = 10.0 * tolerance_;
+  check.method = t_.options->method;
+  check.floor = largest(time_);
+  check.further = to_measure(following);
+  if (!following)
+    for (const std::string& effect : shift_forces()) check.further.push_back(effect);
+  return leave_out_measured(check, looser_, least_look).has_value() && effects_ <= share_of_effects * t_.accuracy;
+}
+
+// What shifts the forces of a run that has followed its vibrations, counted in its error.
+bool Straight::judge_forces(Finished& f) {
+  const Histories whole = to_histories(f.results);
+  NeglectOptions check;
+  check.tolerance = f.loose_tolerance;
+  check.method = f.method;
+  check.floor = f.time;
+  check.run = &whole;
+  check.run_tolerance = f.setting.tolerance;
+  check.run_error = f.time;
+  check.confirm_above = share_of_effects * t_.accuracy;
+  check.second_order = false;
+  check.further = shift_forces();
+  const double before = std::exchange(effects_, 0.0);
+  const std::optional<std::vector<Neglected>> found = leave_out_measured(check, f.looser, least_check);
+  const bool little = found && effects_ <= share_of_effects * t_.accuracy;
+  count_effects(f);
+  effects_ = before;
+  for (const Neglected& n : found.value_or(std::vector<Neglected>())) tell_neglected(n, check.floor, f.results.statistics.notes);
+  return little;
+}
+
+// What is left out, in the error of a run that did not count it.
+void Straight::count_effects(Finished& f) const {
+  f.effects = std::hypot(f.effects, effects_);
+  f.error = std::max(std::hypot(f.error, effects_), f.time + std::hypot(f.space, f.effects));
+}
 
 // Deformations that may not be left out because events shift with them come, before a search begins that would bring them too; whether
 // there were any.
@@ -77,30 +120,38 @@ bool Straight::bring(double worth, bool blows) {
   return more;
 }
 
-// Of stiffening, gyroscopic terms and what shifts forces, beside the deformations; the method is that of the runs. following: as above.
-bool Straight::measure_effects(const std::optional<Method>& method, bool following) {
-  NeglectOptions check;
-  check.tolerance = 10.0 * tolerance_;
-  check.method = method;
-  check.floor = largest(time_);
-  check.budget = std::max(check_price * run_.results.statistics.work, 0.05);
-  std::vector<std::string> measured;
+// Of stiffening, gyroscopic terms and the like what has to be measured; what is worth little counts by what the motion says. following: as
+// above.
+std::vector<std::string> Straight::to_measure(bool following) {
+  std::vector<std::string> out;
   for (const LeftOutWorth& w : run_.second_order) {
     // No less is told than half of what is true.
     if (following && chosen_by_scene(w)) continue;
-    if (2.0 * w.share > 0.2 * t_.accuracy) measured.push_back(w.effect);
+    if (2.0 * w.share > 0.2 * t_.accuracy) out.push_back(w.effect);
     else if (decided(w)) leave({w.effect, w.owners, 2.0 * w.share, 2.0 * w.columns});
   }
-  // Forces that are read shift with what gives way inside.
+  return out;
+}
+
+// Deformations that forces that are read shift with, as what gives way inside.
+std::vector<std::string> Straight::shift_forces() const {
+  std::vector<std::string> out;
   for (const LeftOutWorth& w : run_.left_out)
-    if (w.possible && w.inside > 0.5 * t_.accuracy) measured.push_back(w.effect);
-  check.further = measured;
-  if (measured.empty()) return effects_ <= share_of_effects * t_.accuracy;
-  const NeglectCheck found = check_neglected(run_.scene, run_.effects, looser_, check);
-  if (!found.untried.empty()) return false;
-  for (const Neglected& n : found.found)
-    if (std::find(measured.begin(), measured.end(), n.effect) != measured.end()) leave({n.effect, n.owners, n.share});
-  return effects_ <= share_of_effects * t_.accuracy;
+    if (w.possible && w.inside > 0.5 * t_.accuracy) out.push_back(w.effect);
+  return out;
+}
+
+// The effects in check.further, by a second run each beside `base`; none where one could not be measured. least: CPU s that this may take
+// in any case.
+std::optional<std::vector<Neglected>> Straight::leave_out_measured(NeglectOptions check, const Histories& base, double least) {
+  if (check.further.empty()) return std::vector<Neglected>();
+  check.budget = std::max(check_price * run_.results.statistics.work, least);
+  NeglectCheck found = check_neglected(run_.scene, run_.effects, base, check);
+  if (!found.untried.empty()) return std::nullopt;
+  std::erase_if(found.found,
+                [&](const Neglected& n) { return std::find(check.further.begin(), check.further.end(), n.effect) == check.further.end(); });
+  for (const Neglected& n : found.found) leave({n.effect, n.owners, n.share});
+  return std::move(found.found);
 }
 
 // What the scene's own list of effects leaves out, as a search would tell it of the run that it ends with.

@@ -66,7 +66,10 @@ std::optional<Finished> Straight::followed(double within) const {
   // follow their loads, for which static shapes stand, and decays that set the steps (geared arm at 1e-3: two modes 5e-5 off in 0.002 CPU
   // s, sixteen 0.09).
   constexpr double few_at_first = 2.0;
-  const bool few = few_ > 0 || !t_.search.rings;
+  // So do those of scenes whose run of all coordinates is dear: eight modes of each half of a rotor in space make 40 times as dear a run as
+  // two, which do (1e-2: 5.9 and 0.8 CPU s in all; 1e-3, where sixteen came to no end: 15 and 1.2).
+  constexpr double dear_in_all = 0.3;  // CPU s
+  const bool few = few_ > 0 || !t_.search.rings || run_.results.statistics.work > dear_in_all;
   // Of what is damped a run ten times looser may do: its own looser one tells, for a third of its price. What rings undamped is off by
   // more, but for a tenth (pendulum, slider-crank at 1e-3: tried in vain, a quarter of the run's price), what samples by far less.
   constexpr double a_tenth = 0.05;
@@ -115,7 +118,7 @@ std::optional<Finished> Straight::follow_vibrations(double within) {
   t_.search.adopt(f->judged->effects);
   run_ = *f->judged;
   set_aside_lacking();
-  if (!judge_deformations(true)) return std::nullopt;
+  if (!judge_deformations(true) || !judge_forces(*f)) return std::nullopt;
   const bool checked = check(*f);
   // More modes would not do in the time of a search, which would go the same way again; volumes are another way, where they can.
   if (f->error > t_.accuracy && bending_.share > 0.5 * f->error) {
@@ -200,23 +203,23 @@ std::optional<Finished> Straight::follow_first() {
   if (!t_.search.smooth || !t_.search.rings || !t_.search.elastic || follows_vibrations(t_.options->method)) return std::nullopt;
   if (t_.search.scene().simulation.method != Method::automatic || t_.options->method) return std::nullopt;
   const Search search = t_.search;
-  const double asked_for = tolerance_;
   std::optional<Finished> f = follow_vibrations(shortest);
   const auto ends = [&] { return f->error <= t_.accuracy || lacks_in_forces(*f); };
   if (f && ends()) {
-    looser_ = f->looser;
-    time_ = MatX::Constant(1, 1, f->time);
-    tolerance_ = 0.1 * f->loose_tolerance;
-    if (measure_effects(f->method, true)) {
-      f->effects = std::hypot(f->effects, effects_);
-      f->error = std::max(std::hypot(f->error, effects_), f->time + std::hypot(f->space, f->effects));
+    NeglectOptions check;
+    check.tolerance = f->loose_tolerance;
+    check.method = f->method;
+    check.floor = f->time;
+    check.further = to_measure(true);
+    if (leave_out_measured(check, f->looser, least_check) && effects_ <= share_of_effects * t_.accuracy) {
+      count_effects(*f);
       if (ends()) {
         f->results.statistics.error_estimate = f->error;
         return f;
       }
     }
   }
-  run_ = {}, looser_ = {}, time_ = MatX(), tolerance_ = asked_for, effects_ = 0.0, shares_.clear();
+  run_ = {}, effects_ = 0.0, shares_.clear();
   t_.search = search;
   return std::nullopt;
 }

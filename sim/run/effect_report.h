@@ -87,6 +87,7 @@ struct NeglectOptions {
   const Histories* run = nullptr;
   double run_tolerance = 0.0, run_error = 0.0, confirm_above = 1e300;
   double deflection = 0.0;           // m, the largest of a body: what places that stand still are measured against
+  bool second_order = true;          // stiffening and gyroscopic terms
   bool deformations = false;         // also deformations, which run_scene judges along the motion itself (left_out.h)
   std::vector<std::string> further;  // these deformations also
   // What is known of these effects without a second run: report_neglected takes out what it measured.
@@ -109,6 +110,9 @@ NeglectCheck check_neglected(const Scene& scene, const std::vector<EffectState>&
 inline constexpr double check_price = 1.5;
 // What it may take in any case, CPU s: nobody waits for that.
 inline constexpr double least_check = 0.5;
+
+// A note of what was measured, no less than `floor`.
+void tell_neglected(const Neglected& n, double floor, Notes& notes);
 
 // Checks and says what was found: warnings for what is worth more than `asked`, notes for the rest.
 void report_neglected(const Scene& scene, const std::vector<EffectState>& states, const Histories& base, const NeglectOptions& options,
