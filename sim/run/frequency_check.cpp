@@ -357,6 +357,8 @@ double distance(std::complex<double> point, std::complex<double> from, std::comp
   return std::abs(point - from - std::clamp(along, 0.0, 1.0) * way);
 }
 
+std::string output_of(const std::string& column) { return column.substr(0, column.find('.')); }
+
 // Changes by more than `least` at any of these frequencies, of what the richer model has nowhere about it, relative to its size there: at
 // least a share of the whole vector and of what the output has at the frequencies beside it, where it passes through zero. Beside a
 // resonance of either model three frequencies are no curve; how right it is its frequency tells.
@@ -369,7 +371,6 @@ void compare_over_range(const FrequencyResponse& own, const FrequencyResponse& o
     const auto near = [&](double mode) { return std::abs(f - mode) < beside * mode; };
     return std::any_of(own.modes.begin(), own.modes.end(), near) || std::any_of(other.modes.begin(), other.modes.end(), near);
   };
-  const auto output_of = [](const std::string& column) { return column.substr(0, column.find('.')); };
   for (size_t c = 0; c < own.columns.size(); ++c) {
     const auto same = std::find(other.columns.begin(), other.columns.end(), own.columns[c]);
     if (same == other.columns.end()) continue;
@@ -389,6 +390,41 @@ void compare_over_range(const FrequencyResponse& own, const FrequencyResponse& o
       const std::complex<double> mine = own.values(static_cast<Eigen::Index>(c), k);
       const auto theirs = other.values.row(there).segment(per * k, per);
       const double off = std::min(distance(mine, theirs[0], theirs[1]), distance(mine, theirs[1], theirs[2])) / size;
+      if (off > std::max(least, worst.share)) worst = {off, own.frequencies[k], own.columns[c]};
+    }
+  }
+}
+
+VecX as_vector(const std::vector<double>& values) {
+  return Eigen::Map<const VecX>(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+// What the vibrations of both models have at their resonances, each at its own: amplitudes there follow from damping and from how near the
+// next vibration is. What is undamped has none.
+void compare_resonances(const System& system, const System& richer, const FrequencyResponse& here, const FrequencyResponse& there,
+                        const VecX& range, double least, Change& worst) {
+  constexpr double same = 0.03, of_vector = 0.1, damped = 1e-6;
+  std::vector<double> own_at, other_at;
+  for (size_t i = 0; i < std::min(here.modes.size(), there.modes.size()); ++i) {
+    const double f = here.modes[i], g = there.modes[i];
+    if (f < range[0] || f > range[range.size() - 1] || std::abs(f - g) > same * g) continue;
+    if (here.damping[i] <= damped || there.damping[i] <= damped) continue;
+    own_at.push_back(f), other_at.push_back(g);
+  }
+  if (own_at.empty()) return;
+  const FrequencyResponse own = frequency_response(system, here.force, as_vector(own_at)),
+                          other = frequency_response(richer, here.force, as_vector(other_at));
+  for (size_t c = 0; c < own.columns.size(); ++c) {
+    const auto found = std::find(other.columns.begin(), other.columns.end(), own.columns[c]);
+    if (found == other.columns.end()) continue;
+    const auto row = static_cast<Eigen::Index>(found - other.columns.begin());
+    for (Eigen::Index k = 0; k < own.frequencies.size(); ++k) {
+      double vector = 0.0;
+      for (size_t o = 0; o < other.columns.size(); ++o)
+        if (output_of(other.columns[o]) == output_of(own.columns[c]))
+          vector = std::max(vector, std::abs(other.values(static_cast<Eigen::Index>(o), k)));
+      const double size = std::max(std::abs(other.values(row, k)), of_vector * vector);
+      const double off = std::abs(std::abs(own.values(static_cast<Eigen::Index>(c), k)) - std::abs(other.values(row, k))) / size;
       if (off > std::max(least, worst.share)) worst = {off, own.frequencies[k], own.columns[c]};
     }
   }
@@ -448,10 +484,6 @@ Linearisation about_equilibrium(const Linearisation& own, const System& richer) 
   Scene scene = richer.scene;
   scene.simulation.static_start = true;
   return linearise(make_system(scene));
-}
-
-VecX as_vector(const std::vector<double>& values) {
-  return Eigen::Map<const VecX>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
 }  // namespace
@@ -595,6 +627,7 @@ void tell_of_response(const System& system, const Linearisation& linear, const F
                               other = frequency_response(r.system, response.force, as_vector(at.other));
       compare_lowest(own, other, system.model.size, asked, worst);
       compare_over_range(own, other, system.model.size, in_motion * asked, worst);
+      compare_resonances(system, r.system, own, other, range, in_motion * asked, worst);
     } catch (const InputError&) {  // the richer model's start is no equilibrium
       continue;
     } catch (const SimulationError&) {

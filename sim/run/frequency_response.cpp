@@ -246,9 +246,11 @@ FrequencyResponse frequency_response(const System& given, const std::string& for
   }
   if (wanted.outputs.size() < turned.size()) make_plans();
   out.left_out = wanted.left_out;
+  std::vector<std::pair<double, double>> vibrations;
   for (const LinearMode& mode : linear.modes)
-    if (mode.frequency > 0.0) out.modes.push_back(mode.frequency);
-  std::sort(out.modes.begin(), out.modes.end());
+    if (mode.frequency > 0.0) vibrations.emplace_back(mode.frequency, mode.damping);
+  std::sort(vibrations.begin(), vibrations.end());
+  for (const auto& [hertz, damping] : vibrations) out.modes.push_back(hertz), out.damping.push_back(damping);
 
   const Eigen::Index columns = static_cast<Eigen::Index>(plans.columns.size());
   VecX push(n);

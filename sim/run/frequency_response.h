@@ -22,7 +22,7 @@ struct FrequencyResponse {
   std::vector<std::string> left_out;        // outputs without a linear answer: energies, reactions, section forces, corners at the start
   std::vector<std::string> notes;           // on the state about which motions are small
   std::vector<std::string> warnings;        // what the response is without although it may change it
-  std::vector<double> modes;                // Hz, ascending: frequencies of the vibrations
+  std::vector<double> modes, damping;       // Hz, ascending: frequencies of the vibrations; their shares of critical damping
 };
 
 // force: name of a force, torque or distributed force of the scene. frequencies: Hz, > 0. Throws InputError: unknown force, a
