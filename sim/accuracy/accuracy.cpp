@@ -536,9 +536,9 @@ Results simulate_to_accuracy(const Scene& as_given, double accuracy, const Simul
     Scene as_richer = *richer;
     for (size_t b = 0; b < as_richer.bodies.size(); ++b)
       if (auto* beam = std::get_if<BeamDef>(&as_richer.bodies[b].kind)) {
-        const auto& written = std::get<BeamDef>(as_given.bodies[b].kind);
-        beam->effects = written.effects;
-        beam->chosen.effects = written.chosen.effects;
+        const auto& as_told = std::get<BeamDef>(as_given.bodies[b].kind);
+        beam->effects = as_told.effects;
+        beam->chosen.effects = as_told.chosen.effects;
       }
     Task straight = task_for(as_richer);
     std::optional<StraightRun> again;

@@ -234,10 +234,10 @@ MatX Followed::with_tail(double beyond, const MatX& left) const {
   for (const Refinement& r : list)
     if (!r.stiff && r.growth > 1.0) growth = std::min(growth, r.growth);
   const double of_forces = search.undamped ? tail_of_forces : std::max(tail_of_forces, after_a_blow / (1.0 - 1.0 / growth));
-  MatX out = beyond * left;
-  for (Eigen::Index c = 0; c < out.rows(); ++c)
-    if (converges_slowly(here->units[static_cast<size_t>(c)])) out.row(c) *= std::max(1.0, of_forces / beyond);
-  return out;
+  MatX lacking = beyond * left;
+  for (Eigen::Index c = 0; c < lacking.rows(); ++c)
+    if (converges_slowly(here->units[static_cast<size_t>(c)])) lacking.row(c) *= std::max(1.0, of_forces / beyond);
+  return lacking;
 }
 
 // The same by a run as loose as the one that judged time. What both may be off in time, which has nothing to do with what modes lack, comes

@@ -125,7 +125,7 @@ inline void place_columns(const Mat6X& A, Eigen::Index n, Mat6X& F, Eigen::Index
 }
 inline void place_columns(const MatX3& A, Eigen::Index n, MatX3& F, Eigen::Index from) {
   // Blocks of as few entries cost a library more than the copy.
-  for (Eigen::Index r = 0; r < 3; ++r) std::copy_n(&A(0, r), n, F.data() + r * F.rows() + from);
+  for (Eigen::Index r = 0; r < 3; ++r) std::copy_n(A.data() + r * A.rows(), n, F.data() + r * F.rows() + from);
 }
 
 // I -= U (L L^T)^-1 U^T and p += U (L L^T)^-1 h; work: as large as U.

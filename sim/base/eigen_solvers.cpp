@@ -44,13 +44,16 @@ ThinSvd::ThinSvd(const MatX& A) {
 
 Cholesky::Cholesky(const MatX& A) : llt_(A) {}
 
-MatX Cholesky::solve(const MatX& B) const { return llt_.solve(B); }
+// Eigen's triangular solvers form a reference to the first number of a right side, also of one without columns or rows: those are answered
+// here.
+MatX Cholesky::solve(const MatX& B) const { return B.size() == 0 ? B : MatX(llt_.solve(B)); }
 
-MatX Cholesky::solve_lower(const MatX& B) const { return llt_.matrixL().solve(B); }
+MatX Cholesky::solve_lower(const MatX& B) const { return B.size() == 0 ? B : MatX(llt_.matrixL().solve(B)); }
 
-VecX Cholesky::solve_lower_transposed(const VecX& b) const { return llt_.matrixU().solve(b); }
+VecX Cholesky::solve_lower_transposed(const VecX& b) const { return b.size() == 0 ? b : VecX(llt_.matrixU().solve(b)); }
 
 MatX least_squares(const MatX& A, const MatX& B, double threshold) {
+  if (B.cols() == 0) return MatX(A.cols(), 0);
   Eigen::CompleteOrthogonalDecomposition<MatX> decomposition;
   if (threshold > 0.0) decomposition.setThreshold(threshold);
   return decomposition.compute(A).solve(B);
@@ -58,7 +61,7 @@ MatX least_squares(const MatX& A, const MatX& B, double threshold) {
 
 VecX least_squares(const MatX& A, const VecX& b) { return A.completeOrthogonalDecomposition().solve(b); }
 
-MatX fit(const MatX& A, const MatX& B) { return A.colPivHouseholderQr().solve(B); }
+MatX fit(const MatX& A, const MatX& B) { return B.cols() == 0 ? MatX(A.cols(), 0) : MatX(A.colPivHouseholderQr().solve(B)); }
 
 MatX orthonormal_columns(const MatX& A, double threshold) {
   Eigen::ColPivHouseholderQR<MatX> qr(A);
@@ -79,8 +82,8 @@ MatX independent_columns(const MatX& A, double threshold) {
   return A * MatX(qr.colsPermutation()).leftCols(qr.rank());
 }
 
-MatX solve_square(const MatX& A, const MatX& B) { return A.partialPivLu().solve(B); }
+MatX solve_square(const MatX& A, const MatX& B) { return B.size() == 0 ? B : MatX(A.partialPivLu().solve(B)); }
 
-MatX solve_symmetric(const MatX& A, const MatX& B) { return A.ldlt().solve(B); }
+MatX solve_symmetric(const MatX& A, const MatX& B) { return B.size() == 0 ? B : MatX(A.ldlt().solve(B)); }
 
 }  // namespace flexframe::sim

@@ -761,7 +761,7 @@ FLEXFRAME_INLINE void set_negative_product(const MatX& A, const double* b, MatX&
   if (n == 2) return set_negative_few<2>(A, b, C);
   if (n == 3) return set_negative_few<3>(A, b, C);
   for (Eigen::Index k = 0; k < C.cols(); ++k, b += n) {
-    double* const c = &C(0, k);
+    double* const c = C.data() + k * n;
     multiply(A, b, c);
     for (Eigen::Index r = 0; r < n; ++r) c[r] = -c[r];
   }

@@ -323,7 +323,7 @@ FLEXFRAME_INLINE void project(ClusterWork& cw, bool carried, BaseMotion<S>& base
     const int at = dep[d];
     // The row before the diagonal, the column from there on.
     const double *const row = &cw.M(at, 0), *const column = &cw.M(0, at);
-    double *const mid = &cw.Mid(0, d), *const t = &cw.T(0, d), *const e = &cw.Et(0, d);
+    double *const mid = cw.Mid.data() + d * ni, *const t = cw.T.data() + d * ni, *const e = cw.Et.data() + d * ni;
     for (Eigen::Index i = 0; i < ni; ++i) {
       mid[i] = t[i] = ind[i] < at ? row[ind[i] * nv] : column[ind[i]];
       e[i] = cw.E(d, i);
@@ -331,10 +331,10 @@ FLEXFRAME_INLINE void project(ClusterWork& cw, bool carried, BaseMotion<S>& base
   }
   for (Eigen::Index d = 0; d < nd; ++d) {
     double rd = cw.r[dep[d]];
-    double *const t = &cw.T(0, d), *const mid = &cw.Mid(0, d), *const own = &cw.Et(0, d);
+    double *const t = cw.T.data() + d * ni, *const mid = cw.Mid.data() + d * ni, *const own = cw.Et.data() + d * ni;
     for (Eigen::Index k = 0; k < nd; ++k) {
       const double m = dep[d] >= dep[k] ? cw.M(dep[d], dep[k]) : cw.M(dep[k], dep[d]);
-      const double* const e = &cw.Et(0, k);
+      const double* const e = cw.Et.data() + k * ni;
       rd += m * cw.gamma[k];
       for (Eigen::Index i = 0; i < ni; ++i) t[i] += m * e[i];
     }

@@ -479,10 +479,10 @@ class Reducer {
   }
 
   LinearMass linear_mass_of(const MatX& U) {
-    LinearMass out = linear_mass(model, system, U);
+    LinearMass mass = linear_mass(model, system, U);
     // Of a free body shapes are orthogonal to all rigid motions by construction; what is left is rounding.
-    if (solver->rigid() == 6) out.md.setZero(), out.Cr.setZero();
-    return out;
+    if (solver->rigid() == 6) mass.md.setZero(), mass.Cr.setZero();
+    return mass;
   }
 
   // What the coordinates leave out, for scenes to judge by. Eigenmodes are the model's, and what they lack is told of the interfaces.

@@ -6,6 +6,7 @@
 #include "sim/run/effect_report.h"
 #include "sim/run/few_modes.h"
 #include "sim/run/model_check.h"
+#include "sim/run/run_scene.h"
 #include "sim/start/make_system.h"
 #include "sim/start/statics.h"
 

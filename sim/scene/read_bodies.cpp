@@ -159,6 +159,7 @@ void weigh_shapes(const TableReader& reader, const std::vector<ShapeDef>& shapes
   }
   if (moments.mass > 0.0) rigid.centre_of_mass = moments.first / moments.mass;
   rigid.inertia = central_inertia(moments);
+  if (!moments.second.allFinite()) reader.fail("shapes", "are so large or far away that their inertia is beyond double precision");
 }
 
 RigidDef read_rigid(const TableReader& reader, bool mass_required, const std::vector<ShapeDef>& shapes = {}) {
@@ -185,6 +186,9 @@ RigidDef read_rigid(const TableReader& reader, bool mass_required, const std::ve
     check_inertia(reader, rigid.inertia);
   }
   rigid.centre_of_mass = reader.vector3("centre_of_mass", Vec3::Zero(), "m");
+  // Else all that moves it would seem to be without inertia.
+  if (!std::isfinite(rigid.mass * rigid.centre_of_mass.squaredNorm()))
+    reader.fail("centre_of_mass", "is so far from the body's origin that the inertia about that is beyond double precision");
   return rigid;
 }
 

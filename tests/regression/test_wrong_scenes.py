@@ -18,6 +18,7 @@ cases = [
     ('of = "rod.middle"', 'of = "rod.midle"', ["rod", "middle"]),
     ('value = "t <= 0.7 ?', 'value = "t <= 0.7 ? (', ["value"]),
     ("axis = [1, 0, 0]", "axis = [0, 0, 0]", ["axis"]),
+    ("mass = 0\n", "mass = 1\ncentre_of_mass = [0, 1e160, 0]\n", ["centre_of_mass", "beyond double precision"]),
     ("duration = 1.6", "duration = -1", ["duration", "> 0"]),
     ("duration = 1.6", "duration = 1e300", []),
     ("tolerance = 3e-7", 'method = "euler"', ["euler", "bdf"]),
