@@ -327,6 +327,20 @@ std::optional<Results> run_again(const RememberedSettings& kept, const SettingsM
   }
 }
 
+// Of the beams of `lacking` those that are lumped or made of eigenforms, whatever their sections say.
+std::vector<std::string> without_shear_by_model(const Scene& scene, const std::vector<LeftOutWorth>& lacking) {
+  std::vector<std::string> out;
+  for (const BodyDef& body : scene.bodies) {
+    const auto* beam = std::get_if<BeamDef>(&body.kind);
+    if (!beam || (beam->model != BeamModel::lumped && beam->modes.empty())) continue;
+    if (std::any_of(lacking.begin(), lacking.end(), [&](const LeftOutWorth& w) {
+          return w.effect == "shear" && std::find(w.owners.begin(), w.owners.end(), body.name) != w.owners.end();
+        }))
+      out.push_back(body.name);
+  }
+  return out;
+}
+
 // What no setting brings (Task::lacking) is left out of the result too, unless it is on in the scene as it was run.
 void count_lacking(Task& t, Finished& found) {
   std::erase_if(t.lacking, [&](const LeftOutWorth& w) {
@@ -337,8 +351,13 @@ void count_lacking(Task& t, Finished& found) {
   if (t.lacking.empty()) return;
   const double lacks = together(t.lacking);
   if (lacks > found.error) found.column = t.lacking.front().column;
-  if (lacks > 0.5 * std::max(t.accuracy, found.error))
-    found.unreached = "; most of it is the shear that sections without shear_y and shear_z leave out";
+  if (lacks > 0.5 * std::max(t.accuracy, found.error)) {
+    const std::vector<std::string> without = without_shear_by_model(found.scene, t.lacking);
+    found.unreached = without.empty() ? "; most of it is the shear that sections without shear_y and shear_z leave out"
+                                      : fmt::format("; most of it is the shear that the model of '{}' cannot have: take model = "
+                                                    "\"finite-element\" without 'modes'",
+                                                    fmt::join(without, "', '"));
+  }
   found.error = std::hypot(std::max(0.0, found.error), lacks);
   found.effects = std::hypot(found.effects, lacks);
 }
@@ -408,13 +427,14 @@ Results stated(Task& t, Finished found, const Searched& searched, const Settings
   if (t.options->check_effects && !all.empty()) judge_last_modes(t, found, results);
   if (t.options->check_effects) warn_of_leaving_plane(found.scene, t.search.states, s.notes);
   report_left_out(found.scene, t.lacking, accuracy, s);
+  const std::string times_as_written =
+      searched.run > 0.0 ? fmt::format(", {:.0f} times the CPU time of the scene as written", searched.allowed / searched.run) : "";
   if (s.error_estimate > accuracy)
     s.notes.warn("", fmt::format("the requested accuracy of {:g} was not reached: the estimated error is {:.1e} of the range of {}{}{}",
                                  accuracy, s.error_estimate, found.column, found.unreached.empty() ? only_at_first(found, accuracy) : "",
                                  spent && found.unreached.empty()
-                                     ? fmt::format("; the search ended after {:.0f} CPU s, {:.0f} times the CPU time of the scene as "
-                                                   "written: request less accuracy, or remove this output",
-                                                   out.search_cpu, searched.run > 0.0 ? searched.allowed / searched.run : 0.0)
+                                     ? fmt::format("; the search ended after {:.0f} CPU s{}: request less accuracy, or remove this output",
+                                                   out.search_cpu, times_as_written)
                                  : !found.unreached.empty() ? found.unreached
                                  : found.judged             ? "; its vibrations converge so slowly with more modes that a search would not "
                                                               "bring it there: request less accuracy, or remove this output"

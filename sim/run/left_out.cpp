@@ -652,6 +652,8 @@ LeftOut::Drift LeftOut::drift(const Item& item, const Results& results, Unseen& 
   const double changing = bends || squares == 0.0 ? 1.0 : 1.0 - mean * mean / (squares * static_cast<double>(strain_.size()));
   const double duration = results.times[results.times.size() - 1];
   const double omega = bent_mass_[top] > 0.0 ? std::sqrt(2.0 * strain_[top] / bent_mass_[top]) : 0.0, least = 0.4 * omega * duration;
+  // Vibrations that die away are gone before they are farther out of phase.
+  const double lasting = lasting_phase();
   double largest = 0.0;
   std::vector<double> bent(times_.size(), 0.0);
   for (size_t b = 0; b < results.bodies.size(); ++b) {
@@ -675,8 +677,8 @@ LeftOut::Drift LeftOut::drift(const Item& item, const Results& results, Unseen& 
     // goes through more than they show.
     if (!known.contains(b)) known[b] = unseen_swing(model_, static_cast<int>(b), results);
     const std::optional<UnseenSwing>& unseen = known[b];
-    const double lost = std::max({passed < least ? 0.0 : 0.5 * passed, 2.0 * lag(results.times, column, omega) / range,
-                                  unseen ? 0.5 * unseen->share * unseen->radians : 0.0});
+    const double lost = std::max({passed < least ? 0.0 : 0.5 * std::min(passed, lasting), 2.0 * lag(results.times, column, omega) / range,
+                                  unseen ? 0.5 * unseen->share * std::min(unseen->radians, lasting) : 0.0});
     const double first = changing * together * left_out / stored * lost;
     const double here = std::min(1.0, first * (struck_ && item.effect == "shear" ? with_higher_forms(item, first) : 1.0));
     if (here * range <= largest) continue;

@@ -101,6 +101,7 @@ class LeftOut {
   // What the mechanism vibrates in at a look: its modes, by the stiffness of its bodies.
   struct Vibrations {
     VecX frequencies;               // rad/s, ascending
+    VecX decays;                    // 1/s, of their amplitudes by the bodies' damping
     VecX by_rate, by_acceleration;  // amounts that their rates and their accelerations tell of
     MatX reach;                     // of the followed columns, per amount
     MatX slowed;                    // an item a row: share of its frequency that a mode loses; negative: the mode hardly moves anything
@@ -140,6 +141,8 @@ class LeftOut {
   struct Drift {
     double phase = 0.0, deflection = 0.0, frequency = 0.0;
   };
+  // The phase, rad, in which the least damped vibration that was looked at falls to 1/e.
+  double lasting_phase() const;
   // What samples do not show of bodies' deformations, by their index: the same for every item, made for those that are asked for.
   using Unseen = std::map<size_t, std::optional<UnseenSwing>>;
   Drift drift(const Item& item, const Results& results, Unseen& unseen) const;

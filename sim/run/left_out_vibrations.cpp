@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace flexframe::sim {
 namespace {
@@ -59,12 +60,14 @@ void LeftOut::look_at_vibrations(System& system, double t, const VecX& y, const 
     size = std::max(size, system.model.clusters[system.model.parts[d.part].cluster].size);
   }
   try {
-    const StructuralVibrations modes = structural_vibrations(structural_matrices(system.model, system.work, directions));
+    const StructuralMatrices matrices = structural_matrices(system.model, system.work, directions);
+    const StructuralVibrations modes = structural_vibrations(matrices);
     std::vector<BothEnds> before;
     for (const CutBeam& beam : sections_.beams()) before.push_back({beam.left, beam.right});
     std::vector<BothEnds> changes = before;
     Vibrations found;
     found.frequencies = modes.frequencies;
+    found.decays = 0.5 * modes.shapes.cwiseProduct(matrices.D * modes.shapes).colwise().sum().transpose();
     found.by_rate = modes.amounts * rate;
     found.by_acceleration = modes.amounts * acceleration;
     found.reach = MatX::Zero(rest.size(), modes.frequencies.size());
@@ -121,10 +124,14 @@ VecX LeftOut::slowed_vibrations(size_t item, double duration) const {
   for (const Vibrations& v : vibrations_) modes = std::min(modes, v.frequencies.size());
   for (Eigen::Index j = 0; j < modes; ++j) {
     // Over the looks at which the mode was looked at.
-    double slower = 0.0, looks = 0.0;
+    double slower = 0.0, decay = 0.0, looks = 0.0;
     for (const Vibrations& v : vibrations_)
-      if (const double share = v.slowed(static_cast<Eigen::Index>(item), j); share >= 0.0) slower += v.frequencies[j] * share, ++looks;
-    const double phase = looks > 0.0 ? duration * slower / looks : 0.0;
+      if (const double share = v.slowed(static_cast<Eigen::Index>(item), j); share >= 0.0)
+        slower += v.frequencies[j] * share, decay += v.decays[j], ++looks;
+    // What dies away is gone before it is farther out of phase, and what a load keeps going is by no more (a frequency that is off by d of
+    // it changes a resonance of the damping ratio z by d / z).
+    const double lasts = looks > 0.0 && decay > 0.0 ? std::min(duration, looks / decay) : duration;
+    const double phase = looks > 0.0 ? lasts * slower / looks : 0.0;
     // Half a turn out of phase is twice the amplitude.
     const double apart = std::min(2.0, phase);
     for (size_t c = 0; c < columns_.size(); ++c) {
@@ -143,6 +150,17 @@ VecX LeftOut::slowed_vibrations(size_t item, double duration) const {
     }
   }
   return squares.cwiseSqrt();
+}
+
+double LeftOut::lasting_phase() const {
+  double most = 0.0;
+  for (const Vibrations& v : vibrations_)
+    for (Eigen::Index j = 0; j < v.frequencies.size(); ++j) {
+      if (v.slowed.size() == 0 || !(v.slowed.col(j).array() >= 0.0).any()) continue;
+      if (!(v.decays[j] > 0.0)) return std::numeric_limits<double>::infinity();
+      most = std::max(most, v.frequencies[j] / v.decays[j]);
+    }
+  return most > 0.0 ? most : std::numeric_limits<double>::infinity();
 }
 
 }  // namespace flexframe::sim

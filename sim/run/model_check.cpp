@@ -249,6 +249,10 @@ class Comparison {
   // Whether measure() was given up as the budget would not do.
   bool too_long() const { return too_long_; }
 
+  // What the first, looser pair of runs tells where that says more than is asked and than these runs err by, and no tighter one came to an
+  // end.
+  const std::optional<Found>& unconfirmed() const { return unconfirmed_; }
+
   // CPU s of the last run of the richer scene, 0: none came to an end.
   double rich_cpu() const { return rich_run_.statistics.work; }
 
@@ -261,6 +265,7 @@ class Comparison {
     if (!found || found->share <= asked_) return found;
     // Where vibrations are followed, what a looser run is off by tells what this one is.
     if (follows() && run_.floor > 0.0 && found->share > 4.0 * run_.floor) return found;
+    if (found->share > run_.floor) unconfirmed_ = found;
     // Loose runs step over vibrations in different ways: the same at the run's tolerance, where a run ten times looser is at hand of both.
     const Histories loose = rich_run_;
     if (spent_ * growth_to(run_.run_tolerance) > budget_ - spent_) throw BudgetSpent{};
@@ -331,6 +336,7 @@ class Comparison {
   int samples_ = 0;
   double budget_, asked_, spent_ = 0.0;
   bool too_long_ = false, followed_ = false;
+  std::optional<Found> unconfirmed_;
   const NeglectOptions& run_;
   std::optional<Method> method_ = run_.method;
 };
@@ -425,7 +431,7 @@ bool tells_by_fewer(const Scene& scene, const LinearLimit& limit) {
 
 // What bending in its own frame changes, beside more volumes of the beams `changed`.
 struct BesideVolumes {
-  std::optional<Found> found;
+  std::optional<Found> found, unconfirmed;
   std::vector<size_t> changed;
   double cpu = 0.0;  // of the run with them, s
   int elements = 0;  // of each beam there
@@ -460,6 +466,7 @@ BesideVolumes bending_beside_volumes(const Scene& scene, const std::vector<Effec
       of_pair);
   if (out.changed.empty()) return out;
   out.found = comparison.measure(base);
+  if (!out.found && comparison.too_long()) out.unconfirmed = comparison.unconfirmed();
   out.cpu = comparison.rich_cpu();
   for (const size_t b : out.changed)
     out.elements = std::max(out.elements, fewer ? telling : elements_of(std::get<BeamDef>(scene.bodies[b].kind)));
@@ -483,12 +490,21 @@ BendingWorth check_bending(const Scene& scene, const std::vector<EffectState>& s
   worth.cpu = beside.cpu, worth.elements = beside.elements;
   double largest_share = 0.0;
   for (const LinearLimit& l : doubtful) {
-    if (!found || std::find(beside.changed.begin(), beside.changed.end(), static_cast<size_t>(l.body)) == beside.changed.end()) {
-      warn_of_linear_limits(scene, {l}, options.asked, out.notes);
-      continue;
-    }
+    const bool changed = std::find(beside.changed.begin(), beside.changed.end(), static_cast<size_t>(l.body)) != beside.changed.end();
     // With r times as many volumes the error is r^2 times as small.
     const int volumes = tells_by_fewer(scene, l) ? telling_volumes : richer(l.pieces) * l.pieces;
+    if (!found || !changed) {
+      // What an output changes by may be a multiple of what the deflection does, of which alone the estimate knows.
+      if (beside.unconfirmed && changed && l.counts() <= options.asked)
+        out.notes.warn(fmt::format("body '{}'", scene.bodies[l.body].name),
+                       fmt::format("{}, where linear displacements are wrong by about {:.1g} % of the deflection, which may be more of an "
+                                   "output's range ({} in a looser run); that was not measured, as it would take several times as long as "
+                                   "the run: take model = \"mixed\" with {} volumes{} and compare",
+                                   far_words(l, l.pieces > 1 ? "one of its volumes" : "its frame"), 100.0 * l.error(),
+                                   beside.unconfirmed->column, volumes, l.may_go_on ? ", or add \"large_bending\" to 'effects'," : ""));
+      else warn_of_linear_limits(scene, {l}, options.asked, out.notes);
+      continue;
+    }
     const double share = found->share / (1.0 - std::pow(static_cast<double>(l.pieces) / volumes, 2));
     largest_share = std::max(largest_share, share);
     const std::string owner = fmt::format("body '{}'", scene.bodies[l.body].name);

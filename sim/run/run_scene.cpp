@@ -8,6 +8,7 @@
 #include "sim/run/effect_report.h"
 #include "sim/run/expected_turn.h"
 #include "sim/run/few_modes.h"
+#include "sim/run/held_in_passing.h"
 #include "sim/run/held_warping.h"
 #include "sim/run/integrate_run.h"
 #include "sim/run/judged_run.h"
@@ -53,6 +54,8 @@ struct Called {
   Notes notes;
   double asked = unasked_accuracy;
   bool more = false;
+  std::vector<std::string> lengthened = {};  // beams that lengthen since the motion ended without that, as `lost` says
+  std::string lost = {};
   // Of the deflection, what bending in a body's own frame may lack before it is followed further: all that is tolerated, or of an accuracy
   // that is asked for a share which leaves room for the errors of time and space, as following it costs twice as much.
   double tolerated_bending() const { return asked == unasked_accuracy ? asked : 0.3 * asked; }
@@ -62,6 +65,28 @@ struct Called {
 bool calls(const std::vector<LeftOutWorth>& left_out, const std::vector<LinearLimit>& limits, Called& called) {
   const bool effects = call_for(left_out, called.asked, called.scene, called.notes);
   return call_large_bending(limits, called.tolerated_bending(), called.scene, called.notes) || effects;
+}
+
+// What a motion that ended calls for; false: nothing would let it go on.
+bool calls(const LoopsLost& lost, Called& called) {
+  if (!called.lengthened.empty()) return false;
+  called.lengthened = let_lengthen_in_passing(lost.what(), called.scene, called.notes);
+  called.lost = lost.what();
+  return !called.lengthened.empty();
+}
+
+// once(): a run. Throws what ended the motion where nothing lets it go on, or nothing but beams pulled apart.
+template <class Run>
+auto within_reach(const Called& called, Run&& once) {
+  const bool lengthens = !called.lengthened.empty();
+  try {
+    return once();
+  } catch (const BeyondReach&) {
+    throw SimulationError(called.lost);
+  } catch (const SimulationError&) {
+    if (lengthens) throw SimulationError(called.lost);
+    throw;
+  }
 }
 
 // Effects that the program leaves out are judged in every run, those that the scene leaves out where errors of outputs are estimated.
@@ -75,7 +100,8 @@ bool judges_effects(const Scene& scene, const SimulateOptions& options) {
 
 // What is known from a run beside its results.
 struct Alone {
-  std::optional<System> start;  // of the scene, for the second run
+  std::optional<System> start;          // of the scene, for the second run
+  std::vector<std::string> lengthened;  // Called::lengthened
   std::vector<double> shares;   // of the weights (ErrorWeights), of the last pass
   std::vector<EffectState> effects;
   std::vector<LinearLimit> limits;
@@ -165,12 +191,14 @@ Results simulate_at(std::optional<double> tolerance, const Scene& scene, const S
     bool touched = false;
     size_t sample = 0, next = 0, recorded = 0;
     PulledBeams pulled(system, times.size());
+    const LengthenedBeams lengthened(system, alone.lengthened);
     RunSpan span = whole_run(scene.simulation, times);
     const SolverStatistics statistics = integrate(
         system, options.method.value_or(scene.simulation.method), span, {options.progress, steps_allowed(scene, options), options.tell},
         [&](System& s, double t, const VecX& y) {
           recorder.record(s, t, y);
           require_sample_closed(s, recorder.in_plane());
+          lengthened.look(s);
           ranges.look(s, t);
           const bool reactions = open.wants(recorded, times.size()), judged = next < looks.size() && looks[next] == sample++,
                      pulls = pulled.wants(recorded);
@@ -298,7 +326,14 @@ struct Unjudged {
 Unjudged simulate_once(const Scene& scene, const SimulateOptions& options, bool judge, Called* called, int& indefinite) {
   Unjudged out;
   out.options = options;
-  out.results = simulate_alone(scene, out.options, judge && judges_effects(scene, options), out.alone, indefinite);
+  if (called) out.alone.lengthened = called->lengthened;
+  try {
+    out.results = simulate_alone(scene, out.options, judge && judges_effects(scene, options), out.alone, indefinite);
+  } catch (const LoopsLost& lost) {
+    if (!called || !options.check_effects || !calls(lost, *called)) throw;
+    called->more = true;
+    return out;
+  }
   if (called && calls(out.alone.left_out, out.alone.limits, *called)) {
     called->more = true;
     return out;
@@ -422,8 +457,10 @@ Unjudged simulate_as_called(const SimulateOptions& options, Called& called) {
   for (int round = 0;; ++round) {
     called.more = false;
     const Scene now = called.scene;
-    Unjudged run = with_complete_inertia(now, [&](const Scene& s, int& indefinite) {
-      return simulate_once(s, options, true, round < most_calls ? &called : nullptr, indefinite);
+    Unjudged run = within_reach(called, [&] {
+      return with_complete_inertia(now, [&](const Scene& s, int& indefinite) {
+        return simulate_once(s, options, true, round < most_calls ? &called : nullptr, indefinite);
+      });
     });
     if (called.more) continue;
     run.notes().prepend(called.notes);
@@ -646,11 +683,22 @@ JudgedRun run_judged(const Scene& scene, const SimulateOptions& options, double 
     JudgedRun out;
     out.scene = called.scene;
     Alone alone;
-    out.results = with_complete_inertia(out.scene, [&](const Scene& s, int& indefinite) {
-      alone = Alone{};
-      SimulateOptions used = options;
-      return simulate_alone(s, used, true, alone, indefinite);
+    bool ended = false;
+    out.results = within_reach(called, [&] {
+      return with_complete_inertia(out.scene, [&](const Scene& s, int& indefinite) {
+        alone = Alone{};
+        alone.lengthened = called.lengthened;
+        SimulateOptions used = options;
+        try {
+          return simulate_alone(s, used, true, alone, indefinite);
+        } catch (const LoopsLost& lost) {
+          if (!calls(lost, called)) throw;
+          ended = true;
+          return Results{};
+        }
+      });
     });
+    if (ended) continue;
     if (round < most_calls && calls(alone.left_out, alone.limits, called)) {
       if (again) continue;
       switch_on(out.scene, called.scene, alone.effects);
