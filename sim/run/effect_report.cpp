@@ -279,9 +279,12 @@ std::optional<Histories> run_with_effect(const Scene& other, const std::string& 
 void confirm(const Scene& other, const NeglectOptions& options, SimulateOptions pair, const Histories& loose, Neglected& n, double& spent) {
   constexpr double tightest = 1e-3, mostly_its_own = 0.5;
   Histories last = loose;
+  double taken = 0.0;
   for (double tolerance = options.run_tolerance; tolerance > 0.5 * tightest * options.run_tolerance; tolerance *= 0.1) {
     pair.tolerance = tolerance;
-    const std::optional<Histories> tight = simulated_within(other, pair, options.budget, spent);
+    const double before = taken;
+    const std::optional<Histories> tight = simulated_within(other, pair, options.budget - taken, taken);
+    spent += taken - before;
     if (!tight || tight->columns != options.run->columns) return;
     const VecX ranges = common_ranges(*tight, *options.run, options.deflection);
     const Difference sure = compare_histories(*tight, *options.run, ranges);

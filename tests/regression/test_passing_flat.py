@@ -24,7 +24,15 @@ def parallelogram(start):
     return (
         simulation(0.5, output_rate=400, gravity=[0, -g, 0])
         + bar("crank", a)
-        + body("coupler", "beam", length=d, section=section, material=steel, frames={"middle": 0.5, "third": 1 / 3}, damping=dict(stiffness=1e-4))
+        + body(
+            "coupler",
+            "beam",
+            length=d,
+            section=section,
+            material=steel,
+            frames={"middle": 0.5, "third": 1 / 3},
+            damping=dict(stiffness=1e-4),
+        )
         + rigid("load", mass=M, inertia=[1e-3, 1e-3, 1e-3])
         + bar("rocker", a)
         + bar("third", a)
