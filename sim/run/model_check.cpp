@@ -491,8 +491,8 @@ BendingWorth check_bending(const Scene& scene, const std::vector<EffectState>& s
   double largest_share = 0.0;
   for (const LinearLimit& l : doubtful) {
     const bool changed = std::find(beside.changed.begin(), beside.changed.end(), static_cast<size_t>(l.body)) != beside.changed.end();
-    // With r times as many volumes the error is r^2 times as small.
-    const int volumes = tells_by_fewer(scene, l) ? telling_volumes : richer(l.pieces) * l.pieces;
+    // With r times as many volumes the error is r^2 times as small; only beams have any.
+    const int volumes = !changed ? 0 : tells_by_fewer(scene, l) ? telling_volumes : richer(l.pieces) * l.pieces;
     if (!found || !changed) {
       // What an output changes by may be a multiple of what the deflection does, of which alone the estimate knows.
       if (beside.unconfirmed && changed && l.counts() <= options.asked)
