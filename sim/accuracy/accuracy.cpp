@@ -354,9 +354,10 @@ void count_lacking(Task& t, Finished& found) {
   if (lacks > 0.5 * std::max(t.accuracy, found.error)) {
     const std::vector<std::string> without = without_shear_by_model(found.scene, t.lacking);
     found.unreached = without.empty() ? "; most of it is the shear that sections without shear_y and shear_z leave out"
-                                      : fmt::format("; most of it is the shear that the model of '{}' cannot have: take model = "
-                                                    "\"finite-element\" without 'modes'",
-                                                    fmt::join(without, "', '"));
+                                      : fmt::format(
+                                            "; most of it is the shear that the model of '{}' cannot have: take model = "
+                                            "\"finite-element\" without 'modes'",
+                                            fmt::join(without, "', '"));
   }
   found.error = std::hypot(std::max(0.0, found.error), lacks);
   found.effects = std::hypot(found.effects, lacks);

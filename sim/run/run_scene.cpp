@@ -102,7 +102,7 @@ bool judges_effects(const Scene& scene, const SimulateOptions& options) {
 struct Alone {
   std::optional<System> start;          // of the scene, for the second run
   std::vector<std::string> lengthened;  // Called::lengthened
-  std::vector<double> shares;   // of the weights (ErrorWeights), of the last pass
+  std::vector<double> shares;           // of the weights (ErrorWeights), of the last pass
   std::vector<EffectState> effects;
   std::vector<LinearLimit> limits;
   std::vector<int> unstiffened;          // without_second_order

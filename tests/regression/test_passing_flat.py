@@ -1,7 +1,6 @@
 """Parallelograms whose coupler bends pass the place where all bars lie in line: its length has to give there, which automatic effects see
 once the run has ended without it; the truth by energy, as the bars are stiff. What is driven beyond its reach is refused as before, though
-a coupler that is pulled apart could follow. A plane member that bends far, where the runs that measure it would take too long: told by the
-looser ones."""
+a coupler that is pulled apart could follow."""
 
 import math
 
@@ -24,7 +23,15 @@ def parallelogram(start):
     return (
         simulation(0.5, output_rate=400, gravity=[0, -g, 0])
         + bar("crank", a)
-        + body("coupler", "beam", length=d, section=section, material=steel, frames={"middle": 0.5, "third": 1 / 3}, damping=dict(stiffness=1e-4))
+        + body(
+            "coupler",
+            "beam",
+            length=d,
+            section=section,
+            material=steel,
+            frames={"middle": 0.5, "third": 1 / 3},
+            damping=dict(stiffness=1e-4),
+        )
         + rigid("load", mass=M, inertia=[1e-3, 1e-3, 1e-3])
         + bar("rocker", a)
         + bar("third", a)
