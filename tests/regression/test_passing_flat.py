@@ -1,7 +1,6 @@
 """Parallelograms whose coupler bends pass the place where all bars lie in line: its length has to give there, which automatic effects see
 once the run has ended without it; the truth by energy, as the bars are stiff. What is driven beyond its reach is refused as before, though
-a coupler that is pulled apart could follow. A plane member that bends far, where the runs that measure it would take too long: told by the
-looser ones."""
+a coupler that is pulled apart could follow."""
 
 import math
 
