@@ -1025,9 +1025,7 @@ void require_closed(const Model& model, int cluster, W& work) {
                   "are. The mechanism starts in a change point, from which it can move in more than one way: start it away from that "
                   "position, or give initial rates for one of the ways{}",
                   closure_row_name(model, cw, cluster, open), work.time, worst,
-                  bends ? "; or the loop prevents a bending beam from shortening: switch its effect axial on (a lumped beam has none: take "
-                          "finite elements)"
-                        : ""));
+                  bends ? "; or the loop prevents a bending beam from shortening: switch its effect axial on" : ""));
 }
 
 namespace {

@@ -103,17 +103,18 @@ bool let_lengthen(const std::vector<HeldLength>& held, Scene& scene, Notes& note
   for (const HeldLength& h : held) {
     BodyDef& body = scene.bodies[h.body];
     BeamDef& beam = std::get<BeamDef>(body.kind);
-    const bool lumped = beam.model == BeamModel::lumped, modes_listed = beam.model == BeamModel::modal && !beam.modes.empty();
+    const bool modes_listed = beam.model == BeamModel::modal && !beam.modes.empty();
     const bool left_out = std::find(beam.effects.without.begin(), beam.effects.without.end(), "axial") != beam.effects.without.end();
-    if (beam.effects.automatic && beam.chosen.held_by.empty() && !lumped && !modes_listed && !left_out) {
+    if (beam.effects.automatic && beam.chosen.held_by.empty() && !modes_listed && !left_out) {
       beam.chosen.held_by = h.joint;
       anew = true;
       continue;
     }
-    notes.warn(fmt::format("body '{}'", body.name),
-               fmt::format("the loop of joint '{}' holds its length, and {}", h.joint,
-                           lumped ? "a lumped beam cannot stretch: take model = \"finite-element\" or \"mixed\""
-                                  : "axial is off: the loop opens by the amount that bending shortens the beam"));
+    notes.warn(
+        fmt::format("body '{}'", body.name),
+        fmt::format("the loop of joint '{}' holds its length, and axial is off: the loop opens by the amount that bending shortens the "
+                    "beam",
+                    h.joint));
   }
   return anew;
 }
