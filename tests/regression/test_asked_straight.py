@@ -646,8 +646,8 @@ def modes_of_stretching(folder):
 
 
 def stretching_beside_vibrations(folder):
-    # The template's rod rings so that its first run is over a range off, and what it made of stretching, worth 1e-4, was not to be trusted: a
-    # search left it out and warned of 0.51 (1e-2) and 0.0035 (3e-3), measured by another method, tolerances above what stretching asks for.
+    # The template's rod rings so that its first run is over a range off, and what that made of stretching, worth 1e-4, was not to be
+    # trusted: a search left it out and warned of 0.51 (1e-2) and 0.0035 (3e-3), measured by another method and too loosely.
     run("new", folder / "press", "-t", "slider-crank")
     text = (folder / "press.toml").read_text(encoding="utf-8")
     truth = by_hand(folder, text, ["rod"], 24, "--tolerance", "1e-9")
