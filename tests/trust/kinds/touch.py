@@ -169,9 +169,12 @@ class Skids:
 
         return f
 
-    def begin(self, y, i):
+    def begin(self, y, i, pulled=None):
+        """How point i goes on: it slides the way it moves; at rest it sticks, or slides the way it is pulled."""
         _, p, v = self.at(y, i)
-        return ("slide", math.copysign(1, v[0])) if abs(v[0]) > 1e-12 else ("stick", p[0])
+        if abs(v[0]) > 1e-12:
+            return ("slide", math.copysign(1, v[0]))
+        return ("slide", pulled) if pulled else ("stick", p[0])
 
     def events(self, mode):
         out = []
@@ -194,7 +197,8 @@ class Skids:
                         - 1e-9 * self.m
                     )
                     tears.direction = 1
-                    out.append((tears, replaced(("slide", -side))))
+                    # A load that falls tears it off while its spring draws it back: what slides is braked whichever way it moves.
+                    out.append((tears, replaced(lambda y, i=i, side=side: self.begin(y, i, -side))))
             else:
                 rests = lambda t, y, i=i: self.at(y, i)[2][0] + 1e-11 * mode[i][1]
                 rests.direction = -mode[i][1]
