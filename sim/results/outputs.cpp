@@ -321,9 +321,7 @@ double section_stress(const OutputPlan& plan, const Vec6& f) {
   const Eigen::Matrix2d compliance = bending.inverse() / E;
   const Eigen::Vector2d curvature = compliance * Eigen::Vector2d(f[5], -f[4]), rates = compliance * Eigen::Vector2d(-f[1], -f[2]);
   const SectionStrains strains(f[0] / (E * s.area), curvature[0], curvature[1], f[3] / (G * s.j));
-  double largest = 0.0;
-  for (const SectionPoint& point : plan.points) largest = std::max(largest, section_von_mises(strains, rates, E, G, point));
-  return largest;
+  return plan.peak.von_mises(strains, rates, E, G);
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 #include "sim/results/shown_frame.h"
 #include "sim/results/turn_path.h"
 #include "sim/scene/expression.h"
-#include "sim/scene/section_stress.h"
+#include "sim/scene/section_peak.h"
 
 #include <memory>
 #include <optional>
@@ -40,7 +40,7 @@ struct OutputPlan {
   // stress: what it is made of
   Section section;
   Material material;
-  std::vector<SectionPoint> points;
+  SectionPeak peak;
 };
 
 struct OutputPlans {

@@ -185,18 +185,6 @@ void plan_force(Planning& p) {
   p.units = wrench_units;
 }
 
-// Points of a section where its stress may be largest: along its outline, and its centroid, where shear is.
-std::vector<SectionPoint> stress_points(const Section& section, double poisson) {
-  std::vector<SectionPoint> points{section_point(section, 0.0, 0.0, poisson)};
-  for (const std::vector<Eigen::Vector2d>& loop : section.outline)
-    for (size_t i = 0; i < loop.size(); ++i) {
-      const Eigen::Vector2d middle = 0.5 * (loop[i] + loop[(i + 1) % loop.size()]);
-      points.push_back(section_point(section, loop[i].x(), loop[i].y(), poisson));
-      points.push_back(section_point(section, middle.x(), middle.y(), poisson));
-    }
-  return points;
-}
-
 void plan_section(Planning& p) {
   const OutputDef& def = p.plan.def;
   p.plan.frame = add_frame(p.model, p.scene, def.of, p.where);
@@ -214,7 +202,7 @@ void plan_section(Planning& p) {
   const auto named = beam.frames.find(def.of.frame);
   p.plan.section = section_at(beam, named != beam.frames.end() ? named->second : def.of.frame == "tip" ? 1.0 : 0.0);
   p.plan.material = beam.material;
-  p.plan.points = stress_points(p.plan.section, beam.material.poisson);
+  p.plan.peak = SectionPeak(p.plan.section, beam.material.poisson);
 }
 
 // Unit of what a frame has.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -16,26 +17,29 @@ struct Strip {
   double y0, y1, z0, z1;
 };
 
-// cosh(a) / cosh(b) and sinh(a) / cosh(b) for |a| <= b without overflow.
-double cosh_ratio(double a, double b) {
-  return std::exp(std::abs(a) - b) * (1.0 + std::exp(-2.0 * std::abs(a))) / (1.0 + std::exp(-2.0 * b));
-}
-double sinh_ratio(double a, double b) {
-  return std::copysign(std::exp(std::abs(a) - b) * (1.0 - std::exp(-2.0 * std::abs(a))) / (1.0 + std::exp(-2.0 * b)), a);
-}
-
 // Of a rectangle with the half sides a <= b, at (u, v) from its centre: derivative of Prandtl's function along v, and against u.
 Eigen::Vector2d prandtl_slopes(double a, double b, double u, double v) {
   // At a corner the terms fall off with 1/n^2 only: what is left after n is 1/(2n) of the whole.
   constexpr int last = 999;
   const double k = 0.5 * std::numbers::pi / a;
+  // Powers of these are cos(n k u), sin(n k u) and the parts of cosh(n k v) / cosh(n k b) and sinh(n k v) / cosh(n k b), without overflow.
+  double c = std::cos(k * u), s = std::sin(k * u);
+  double share = std::exp(k * (std::abs(v) - b)), near = std::exp(-2.0 * k * std::abs(v)), far = std::exp(-2.0 * k * b);
+  const double c2 = c * c - s * s, s2 = 2.0 * c * s, share2 = share * share, near2 = near * near, far2 = far * far;
   double along = 0.0, against = 0.0, sign = 1.0;
   for (int n = 1; n <= last; n += 2, sign = -sign) {
-    along += sign / (n * n) * sinh_ratio(n * k * v, n * k * b) * std::cos(n * k * u);
-    against += sign / (n * n) * cosh_ratio(n * k * v, n * k * b) * std::sin(n * k * u);
+    const double term = sign / (n * n) * share / (1.0 + far);
+    along += term * (1.0 - near) * c;
+    against += term * (1.0 + near) * s;
+    share *= share2;
+    if (share < 0.1 * std::numeric_limits<double>::epsilon()) break;
+    const double turned = c * c2 - s * s2;
+    s = s * c2 + c * s2, c = turned;
+    near = near < 1e-30 ? 0.0 : near * near2;
+    far = far < 1e-30 ? 0.0 : far * far2;
   }
-  const double c = 16.0 * a / (std::numbers::pi * std::numbers::pi);
-  return {-c * along, 2.0 * u - c * against};
+  const double unit = 16.0 * a / (std::numbers::pi * std::numbers::pi);
+  return {-unit * (v < 0.0 ? -along : along), 2.0 * u - unit * against};
 }
 
 Eigen::Vector2d strip_shear(const Strip& s, double y, double z) {
@@ -172,10 +176,10 @@ double radius_of(const std::vector<Eigen::Vector2d>& ring) {
 // radius i. No stress leaves through either rim; divergence and curl are those of the solid circle (Love, Mathematical Theory of
 // Elasticity, art. 231).
 Eigen::Matrix2d round_shear(const Section& section, double y, double z, double poisson) {
-  const double outer = radius_of(section.outline.front()), inner = section.outline.size() > 1 ? radius_of(section.outline[1]) : 0.0;
+  const auto [outer, inner] = section_radii(section);
   const double rho = std::hypot(y, z);
   if (rho == 0.0 && inner > 0.0) return Eigen::Matrix2d::Zero();
-  // The outline is a polygon: what lies beside the ring belongs to its rim.
+  // What lies beside the ring belongs to its rim.
   if (rho > 0.0) {
     const double to = std::clamp(rho, inner, outer) / rho;
     y *= to, z *= to;
@@ -189,12 +193,29 @@ Eigen::Matrix2d round_shear(const Section& section, double y, double z, double p
   return -out / (8.0 * (1.0 + poisson));
 }
 
+bool is_round(const Section& section) { return section.shape == "circle" || section.shape == "tube"; }
+
+// Corners and sides of the polygon that draws a rim lie beside it: on the rim itself.
+Eigen::Vector2d on_rim(const Section& section, const Eigen::Vector2d& p) {
+  constexpr double rounding = 1e-6;  // of meshes in single precision
+  const double rho = p.norm();
+  for (const std::vector<Eigen::Vector2d>& ring : section.outline) {
+    const double corner = ring.front().norm(), side = (0.5 * (ring[0] + ring[1])).norm();
+    if (rho >= side * (1.0 - rounding) && rho <= corner * (1.0 + rounding)) return radius_of(ring) / rho * p;
+  }
+  return p;
+}
+
 }  // namespace
+
+SectionRadii section_radii(const Section& section) {
+  return {radius_of(section.outline.front()), section.outline.size() > 1 ? radius_of(section.outline[1]) : 0.0};
+}
 
 bool has_stress(const Section& section) { return !section.outline.empty() && section.shape != "general"; }
 
 Eigen::Vector2d torsion_shear(const Section& section, double y, double z) {
-  if (section.shape == "circle" || section.shape == "tube") return {-z, y};
+  if (is_round(section)) return {-z, y};
   if (section.shape == "box") return box_shear(section, y, z);
   const std::vector<Strip> strips = strips_of(section);
   double nearest = outside(strips.front(), y, z);
@@ -210,7 +231,7 @@ Eigen::Vector2d torsion_shear(const Section& section, double y, double z) {
 }
 
 Eigen::Matrix2d force_shear(const Section& section, double y, double z, double poisson) {
-  if (section.shape == "circle" || section.shape == "tube") return round_shear(section, y, z, poisson);
+  if (is_round(section)) return round_shear(section, y, z, poisson);
   return section.shape == "box" ? box_wall_shear(section, y, z) : open_wall_shear(section, y, z);
 }
 
@@ -219,12 +240,20 @@ SectionPoint section_point(const Section& section, double y, double z, double po
     // In the section's own axes, turned back.
     std::map<std::string, double> sizes = section.size;
     sizes.erase(section_angle);
-    const Eigen::Rotation2Dd turn(angle->second);
-    const Eigen::Vector2d own = turn.inverse() * Eigen::Vector2d(y, z);
-    const SectionPoint at = section_point(make_section(section.shape, sizes), own.x(), own.y(), poisson);
-    return {y, z, turn * at.torsion, turn.toRotationMatrix() * at.force * turn.toRotationMatrix().transpose()};
+    const Eigen::Vector2d own = Eigen::Rotation2Dd(-angle->second) * Eigen::Vector2d(y, z);
+    return turned(section_point(make_section(section.shape, sizes), own.x(), own.y(), poisson), angle->second);
+  }
+  if (is_round(section)) {
+    const Eigen::Vector2d rim = on_rim(section, {y, z});
+    y = rim.x(), z = rim.y();
   }
   return {y, z, torsion_shear(section, y, z), force_shear(section, y, z, poisson)};
+}
+
+SectionPoint turned(const SectionPoint& point, double angle) {
+  const Eigen::Matrix2d turn = Eigen::Rotation2Dd(angle).toRotationMatrix();
+  const Eigen::Vector2d place = turn * Eigen::Vector2d(point.y, point.z);
+  return {place.x(), place.y(), turn * point.torsion, turn * point.force * turn.transpose()};
 }
 
 SectionStress stress_at(const SectionStrains& e, const Eigen::Vector2d& bend_rates, double youngs_modulus, double shear_modulus,

@@ -36,8 +36,15 @@ struct SectionPoint {
   Eigen::Vector2d torsion = Eigen::Vector2d::Zero();  // torsion_shear
   Eigen::Matrix2d force = Eigen::Matrix2d::Zero();    // force_shear
 };
-// y, z: m from the centroid, in the section's axes.
+// y, z: m from the centroid, in the section's axes. A corner of the polygon that draws a circle or a tube stands for its rim.
 SectionPoint section_point(const Section& section, double y, double z, double poisson);
+// The same point of the section turned about x by `angle`, rad.
+SectionPoint turned(const SectionPoint& point, double angle);
+// Of a circle or a tube, m; no hole: 0. Its outline is a polygon of the same area.
+struct SectionRadii {
+  double outer = 0.0, inner = 0.0;
+};
+SectionRadii section_radii(const Section& section);
 // Von Mises stress, Pa. bend_rates: v''' and w''', 1/m^2.
 double section_von_mises(const SectionStrains& strains, const Eigen::Vector2d& bend_rates, double youngs_modulus, double shear_modulus,
                          const SectionPoint& at);

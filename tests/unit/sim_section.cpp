@@ -1,10 +1,15 @@
 // Sections: against closed formulas, against integrals over their own outlines, and against Saint-Venant solved on a grid.
 #include "sim/scene/section.h"
+#include "sim/scene/section_peak.h"
 #include "sim/scene/section_stress.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
+#include <numbers>
+#include <random>
 
 #include <fmt/format.h>
 
@@ -268,6 +273,79 @@ TEST(Section, ShearOfAThickTube) {
     const double unit = V.norm() * R / s.iz;
     EXPECT_NEAR(dy[0] + dz[1], -V.dot(p) / s.iz, 1e-6 * unit);
     EXPECT_NEAR(std::abs(dz[0] - dy[1]), std::abs(nu / (1 + nu) * (V[0] * p.y() - V[1] * p.x()) / s.iz), 1e-6 * unit);
+  }
+}
+
+// Largest stress of random forces and moments, beside the same at 400 to 90000 points: nowhere more than 2e-3 off, on circles and tubes 5e-5.
+TEST(Section, LargestStress) {
+  const auto dense = [](const Section& s) {
+    std::vector<Eigen::Vector2d> out{Eigen::Vector2d::Zero()};
+    const std::vector<Eigen::Vector2d>& rim = s.outline.front();
+    if (s.shape == "rectangle") {
+      for (int i = 0; i <= 300; ++i)
+        for (int j = 0; j <= 300; ++j)
+          out.emplace_back(rim[0].cwiseProduct(Eigen::Vector2d(1.0 - i / 150.0, 1.0 - j / 150.0)));
+    } else if (s.shape == "circle" || s.shape == "tube") {
+      const auto [outer, inner] = section_radii(s);
+      for (int i = 0; i <= 150; ++i)
+        for (int k = 0; k < 600; ++k) {
+          const double r = inner + (outer - inner) * i / 150.0, at = 2 * std::numbers::pi * k / 600.0;
+          out.emplace_back(r * std::cos(at), r * std::sin(at));
+        }
+    } else {
+      for (const auto& loop : s.outline)
+        for (size_t k = 0; k < loop.size(); ++k)
+          for (int i = 0; i < 2000; ++i) out.emplace_back(loop[k] + i / 2000.0 * (loop[(k + 1) % loop.size()] - loop[k]));
+    }
+    return out;
+  };
+  const std::vector<std::pair<std::string, std::map<std::string, double>>> shapes{
+      {"circle", {{"diameter", 0.03}}},
+      {"tube", {{"outer_diameter", 0.04}, {"thickness", 0.002}}},
+      {"tube", {{"outer_diameter", 0.04}, {"thickness", 0.015}}},
+      {"rectangle", {{"height", 0.05}, {"width", 0.02}}},
+      {"rectangle", {{"height", 0.01}, {"width", 0.03}, {"angle", 0.4}}},
+      {"box", {{"height", 0.06}, {"width", 0.03}, {"web", 0.002}, {"flange", 0.004}}},
+      {"i", {{"height", 0.08}, {"width", 0.04}, {"web", 0.003}, {"flange", 0.005}}},
+      {"u", {{"height", 0.05}, {"width", 0.03}, {"web", 0.003}, {"flange", 0.004}}},
+      {"t", {{"height", 0.05}, {"width", 0.04}, {"web", 0.003}, {"flange", 0.004}}},
+      {"l", {{"height", 0.05}, {"width", 0.03}, {"thickness", 0.003}}},
+      {"l", {{"height", 0.05}, {"width", 0.03}, {"thickness", 0.003}, {"angle", -0.7}}}};
+  constexpr double E = 2.1e11, G = 8e10, nu = 0.3;
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> number(-1.0, 1.0);
+  for (const auto& [shape, sizes] : shapes) {
+    const Section s = make_section(shape, sizes);
+    std::map<std::string, double> own = sizes;
+    own.erase("angle");
+    const Eigen::Rotation2Dd turn(sizes.contains("angle") ? sizes.at("angle") : 0.0);
+    std::vector<SectionPoint> points;
+    const Section straight = make_section(shape, own);
+    for (const Eigen::Vector2d& p : dense(straight)) points.push_back(turned(section_point(straight, p.x(), p.y(), nu), turn.angle()));
+    const SectionPeak peak(s, nu);
+    const double size = std::sqrt(s.area);
+    const bool round = shape == "circle" || shape == "tube";
+    for (int trial = 0; trial < 40; ++trial) {
+      const auto some = [&] { return std::pow(10.0, 2.0 * number(random) - 1.0) * number(random); };
+      const SectionStrains strains(some(), some() / size, some() / size, some() / size);
+      const Eigen::Vector2d rates(some() / size / size, some() / size / size);
+      double largest = 0.0;
+      for (const SectionPoint& p : points) largest = std::max(largest, section_von_mises(strains, rates, E, G, p));
+      EXPECT_NEAR(peak.von_mises(strains, rates, E, G) / largest, 1.0, round ? 5e-5 : 2e-3) << shape << " " << trial;
+    }
+  }
+}
+
+// A round bar bent about any axis: M R / I, on the circle and not on the polygon that draws it.
+TEST(Section, StressOfARoundBarBent) {
+  for (const auto& [shape, sizes] : std::vector<std::pair<std::string, std::map<std::string, double>>>{
+           {"circle", {{"diameter", 0.03}}}, {"tube", {{"outer_diameter", 0.03}, {"thickness", 0.004}}}}) {
+    const Section s = make_section(shape, sizes);
+    const SectionPeak peak(s, 0.3);
+    for (const double about : {0.0, 0.02, 0.049, 0.7, 2.9})
+      EXPECT_NEAR(peak.von_mises({0.0, std::cos(about), std::sin(about), 0.0}, {0.0, 0.0}, 2.0, 1.0), 2.0 * 0.015, 1e-6) << about;
+    const SectionPoint corner = section_point(s, s.outline[0][3].x(), s.outline[0][3].y(), 0.3);
+    EXPECT_NEAR(std::hypot(corner.y, corner.z), 0.015, 1e-12);
   }
 }
 

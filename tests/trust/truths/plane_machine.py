@@ -307,8 +307,11 @@ class Machine:
             cuts = self.plane.stresses(q, v)[0]
             N, V, M = cuts[e]
             # An element has the mean of the moment over it; what the curve of the moment adds is told by the elements beside it.
-            k = b["first"] + min(max(element, 1), b["elements"] - 2)
-            M -= (cuts[k - 1, 2] - 2 * cuts[k, 2] + cuts[k + 1, 2]) / 24
+            # The first and the last element have it from the next two, in a line.
+            bend = lambda k: cuts[b["first"] + k - 1, 2] - 2 * cuts[b["first"] + k, 2] + cuts[b["first"] + k + 1, 2]
+            k = min(max(element, 1), b["elements"] - 2)
+            inwards = 2 * k - element
+            M -= (bend(k) if k == element or not 0 < inwards < b["elements"] - 1 else 2 * bend(k) - bend(inwards)) / 24
             if stress:
                 return [largest_stress(s, N, V, M)]
             return [N, V, np.nan, np.nan, np.nan, M]
