@@ -286,7 +286,7 @@ double check_result(const Task& t, const Finished& found, double accuracy, Resul
   ModelCheckOptions models{accuracy, check_budget(s.work), check, {}};
   for (size_t b = 0; b < found.scene.bodies.size(); ++b)
     if (std::holds_alternative<BeamDef>(found.scene.bodies[b].kind) && !t.search.chooses(b)) models.unjudged.push_back(b);
-  const BendingWorth worth = check_models(found.scene, t.search.states, limits, found.looser, models, s);
+  const BendingWorth worth = check_models(found.scene, t.search.states, limits, found.looser, models, s).bending;
   return std::any_of(limits.begin(), limits.end(), [](const LinearLimit& l) { return l.pieces > 1; }) ? 0.0 : worth.share;
 }
 

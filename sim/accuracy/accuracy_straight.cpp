@@ -113,7 +113,6 @@ bool Straight::check(Finished& f) {
   const Histories whole = to_histories(f.results);
   s.error_estimate = f.error;
   if (warned(s.notes)) return false;
-  warn_of_coarse_beams(coarse_beams(f.scene, run_.effects, f.results), 0.5 * t_.accuracy, s.notes);
   ModelCheckOptions models;
   models.asked = t_.accuracy;
   models.budget = check_budget(s.work);
@@ -136,7 +135,10 @@ bool Straight::check(Finished& f) {
   if (before > 2.0 * t_.accuracy &&
       std::all_of(limits.begin(), limits.end(), [&](const LinearLimit& l) { return l.counts() < 0.5 * before; }))
     models.budget = 0.0;
-  bending_ = check_models(f.scene, run_.effects, limits, f.looser, models, s);
+  const ModelWorth worth = check_models(f.scene, run_.effects, limits, f.looser, models, s);
+  bending_ = worth.bending;
+  warn_of_coarse_beams(unmeasured_beams(coarse_beams(f.scene, run_.effects, f.results), f.scene, worth.measured), 0.5 * t_.accuracy,
+                       s.notes);
   // Modes that the search chose are judged.
   bool given_modes = false;
   for (size_t b = 0; b < f.scene.bodies.size(); ++b) {

@@ -441,6 +441,24 @@ std::vector<CoarseBeam> coarse_beams(const Scene& scene, const std::vector<Effec
   return out;
 }
 
+std::vector<size_t> coarse_bodies(const std::vector<CoarseBeam>& beams, const Scene& scene, double asked) {
+  std::vector<size_t> out;
+  for (size_t b = 0; b < scene.bodies.size(); ++b)
+    if (std::any_of(beams.begin(), beams.end(), [&](const CoarseBeam& beam) {
+          return beam.body == scene.bodies[b].name && beam.cause == CoarseBeam::Cause::vibration && beam.share > asked;
+        }))
+      out.push_back(b);
+  return out;
+}
+
+std::vector<CoarseBeam> unmeasured_beams(std::vector<CoarseBeam> beams, const Scene& scene, const std::vector<size_t>& measured) {
+  std::erase_if(beams, [&](const CoarseBeam& beam) {
+    return beam.cause == CoarseBeam::Cause::vibration &&
+           std::any_of(measured.begin(), measured.end(), [&](size_t b) { return scene.bodies[b].name == beam.body; });
+  });
+  return beams;
+}
+
 namespace {
 
 // Of the largest bending moment M, by the turns of neighbouring nodes: M L / sqrt(EI GJ) with the EI across it. A cantilever tips over at

@@ -35,6 +35,11 @@ struct CoarseBeam {
 // easily. Kept modes are judged by few_modes.h, eigenforms by model_check.h.
 std::vector<CoarseBeam> coarse_beams(const Scene& scene, const std::vector<EffectState>& effects, const Results& results);
 
+// Indices of the bodies among them whose elements are too few for how they vibrate by more than `asked`; and all of them without those of
+// `measured` bodies, of whose elements runs with other numbers of them have told.
+std::vector<size_t> coarse_bodies(const std::vector<CoarseBeam>& beams, const Scene& scene, double asked);
+std::vector<CoarseBeam> unmeasured_beams(std::vector<CoarseBeam> beams, const Scene& scene, const std::vector<size_t>& measured);
+
 // Indices of bodies: beams that vibrate between the samples so fast that their elements may be too few for that, by the same formulas and
 // one node that runs faster than the samples show (sampling.h), and rods along which waves run whose fronts they may be too few for.
 // Whether the outputs move with it is told by a run with twice as many (model_check.h).

@@ -539,8 +539,8 @@ std::optional<Scene> with_pieces(const Scene& scene, size_t body, int pieces) {
 // A beam as it is, of half as many elements: of a mixed one in each volume, or half its volumes where each is one element. None where it
 // has too few for that.
 std::optional<Scene> with_half_as_many(const Scene& scene, const std::vector<EffectState>& states, size_t b) {
-  constexpr int fewest = 4;
   const auto& beam = std::get<BeamDef>(scene.bodies[b].kind);
+  const int fewest = beam.model == BeamModel::lumped ? 2 : 4;  // links err by the square of their length from two on
   const int elements = elements_of(beam) / 2;
   if (elements < fewest) return std::nullopt;
   if (beam.model == BeamModel::lumped) return with_pieces(scene, b, elements);
@@ -581,26 +581,37 @@ void keep_as_many(const Scene& scene, size_t b, Scene& changed) {
   to.keep_modes = from.keep_modes, to.keep_axial = from.keep_axial, to.keep_torsion = from.keep_torsion;
 }
 
-// Beams whose number of elements or modes nobody has judged, or whose vibrations samples do not show, or that ring: beside half as many
-// elements, and twice as many where that leaves it open.
-void check_elements(const Scene& scene, const std::vector<EffectState>& states, const Histories& base, const ModelCheckOptions& options,
-                    SolverStatistics& out) {
+// What to take where twice as many elements change an output by this share of its range. Lumps, volumes and what rings err by the second
+// power of their length or less, which makes that three quarters of what is wrong; a half of what is asked is left for other errors.
+std::string enough_elements(const BeamDef& beam, double share, double asked) {
+  const int elements = elements_of(beam), wanted = static_cast<int>(std::ceil(elements * std::sqrt(share / (0.75 * 0.5 * asked))));
+  return fmt::format("its {} element{} too few for how it moves; take {} or more{}", elements, elements == 1 ? " is" : "s are", wanted,
+                     beam.model == BeamModel::mixed ? " in all volumes together" : "");
+}
+
+// Beams whose number of elements or modes nobody has judged, or whose vibrations samples do not show, or that ring or are coarse: beside
+// half as many elements, and twice as many where that leaves it open. Returns those of which that told.
+std::vector<size_t> check_elements(const Scene& scene, const std::vector<EffectState>& states, const Histories& base,
+                                   const ModelCheckOptions& options, SolverStatistics& out) {
   std::vector<size_t> bodies, changed, divided;
   const auto is_in = [](const std::vector<size_t>& list, size_t b) { return std::find(list.begin(), list.end(), b) != list.end(); };
-  for (const std::vector<size_t>* candidates : {&options.unjudged, &options.between_samples, &options.ringing})
+  for (const std::vector<size_t>* candidates : {&options.unjudged, &options.between_samples, &options.ringing, &options.coarse}) {
+    const bool lumped_too = candidates == &options.ringing || candidates == &options.coarse;
     for (const size_t b : *candidates)
       if (const auto* beam = std::get_if<BeamDef>(&scene.bodies[b].kind);
-          beam && (candidates == &options.ringing || beam->model != BeamModel::lumped) && !has_forms_of_ends(*beam) && !is_in(bodies, b))
+          beam && (lumped_too || beam->model != BeamModel::lumped) && !has_forms_of_ends(*beam) && !is_in(bodies, b))
         bodies.push_back(b);
-  if (bodies.empty()) return;
-  // Other effects that are left out add to what elements lack: without an asked accuracy, which adds them up, less is warned of.
+  }
+  if (bodies.empty()) return {};
+  // Twice as many take away three quarters of an error of second order, and other effects that are left out add to what elements lack:
+  // without an asked accuracy, which adds them up, less is warned of.
   ModelCheckOptions judged = options;
-  if (options.unjudged.empty()) judged.asked *= 0.8;
+  if (options.unjudged.empty()) judged.asked *= 0.75;
   // Elements err by the first power of their length at least where they ring, else by the second: what half of them change by little, twice
   // as many, which cost eight times that, cannot change by more.
   std::optional<Found> half;
   bool dear = false;  // twice as many would take longer than they may, as the price grows from half of them
-  if (!options.unjudged.empty() || !options.ringing.empty()) {
+  if (!options.unjudged.empty() || !options.ringing.empty() || !options.coarse.empty()) {
     const double before = work_seconds();
     const auto fewer = [&](const Scene& s, size_t b) {
       std::optional<Scene> next = with_half_as_many(s, states, b);
@@ -616,7 +627,7 @@ void check_elements(const Scene& scene, const std::vector<EffectState>& states, 
       for (const size_t b : bodies)
         out.notes.tell(fmt::format("body '{}'", scene.bodies[b].name),
                        fmt::format("with half as many elements {} changes by {:.1g} of its range", half->column, half->share));
-      return;
+      return bodies;
     }
   }
   const auto twice = [&](const Scene& s, size_t b) {
@@ -628,9 +639,14 @@ void check_elements(const Scene& scene, const std::vector<EffectState>& states, 
   };
   Comparison comparison = compared(scene, states, bodies, changed, twice, judged);
   const std::optional<Found> found = changed.empty() || dear ? std::nullopt : comparison.measure(base);
+  std::vector<size_t> measured;
   for (const size_t b : bodies) {
     const std::string owner = fmt::format("body '{}'", scene.bodies[b].name);
     const bool two = is_in(divided, b), given = is_in(options.unjudged, b);
+    // Of what only closed formulas doubt they warn themselves.
+    const bool silent = !found && is_in(options.coarse, b) && !given && !is_in(options.between_samples, b) && !is_in(options.ringing, b);
+    if (found ? is_in(changed, b) : half && (!silent || half->share <= judged.asked)) measured.push_back(b);
+    if (silent) continue;
     const char* more = two ? "two volumes of as many elements each" : "twice as many elements";
     if (!found && !given && half && half->share <= judged.asked)
       out.notes.tell(owner, fmt::format("with half as many elements {} changes by {:.1g} of its range", half->column, half->share));
@@ -653,9 +669,10 @@ void check_elements(const Scene& scene, const std::vector<EffectState>& states, 
       out.notes.warn(owner, fmt::format("with {} {} changes by {:.2g} of its range: {}", more, found->column, found->share,
                                         two ? "take model = \"mixed\" with volumes = 2 and as many elements (one volume is computed with "
                                               "no more than 300 coordinates give)"
-                                            : "take more"));
+                                            : enough_elements(std::get<BeamDef>(scene.bodies[b].kind), found->share, options.asked)));
     else out.notes.tell(owner, fmt::format("with {} {} changes by {:.1g} of its range", more, found->column, found->share));
   }
+  return measured;
 }
 
 // Beams near the load at which they tip over sideways: beside half their elements, which costs little. The linear twist in elements makes
@@ -756,20 +773,25 @@ bool any_to_check(const Scene& scene, const std::vector<LinearLimit>& limits, co
     const auto* beam = std::get_if<BeamDef>(&body.kind);
     return beam && has_forms_of_ends(*beam);
   };
-  return !options.unjudged.empty() || !options.between_samples.empty() || !options.ringing.empty() || !options.may_tip.empty() ||
-         std::any_of(scene.bodies.begin(), scene.bodies.end(), of_forms) ||
+  return !options.unjudged.empty() || !options.between_samples.empty() || !options.ringing.empty() || !options.coarse.empty() ||
+         !options.may_tip.empty() || std::any_of(scene.bodies.begin(), scene.bodies.end(), of_forms) ||
          std::any_of(limits.begin(), limits.end(), [&](const LinearLimit& l) { return l.counts() > options.surely_small * options.asked; });
 }
 
-BendingWorth check_models(const Scene& scene, const std::vector<EffectState>& states, const std::vector<LinearLimit>& limits,
-                          const Histories& base, const ModelCheckOptions& options, SolverStatistics& out) {
+ModelWorth check_models(const Scene& scene, const std::vector<EffectState>& states, const std::vector<LinearLimit>& limits,
+                        const Histories& base, const ModelCheckOptions& options, SolverStatistics& out) {
   ModelCheckOptions left = options;
   const double until = work_seconds() + options.budget;
-  for (const auto& check : {check_forms, check_elements, check_tipping}) {
-    check(scene, states, base, left, out);
-    left.budget = std::max(0.0, until - work_seconds());
-  }
-  return check_bending(scene, states, limits, base, left, out);
+  const auto spend = [&] { left.budget = std::max(0.0, until - work_seconds()); };
+  ModelWorth worth;
+  check_forms(scene, states, base, left, out);
+  spend();
+  worth.measured = check_elements(scene, states, base, left, out);
+  spend();
+  check_tipping(scene, states, base, left, out);
+  spend();
+  worth.bending = check_bending(scene, states, limits, base, left, out);
+  return worth;
 }
 
 }  // namespace flexframe::sim

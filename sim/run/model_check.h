@@ -39,6 +39,7 @@ struct ModelCheckOptions {
   std::vector<size_t> unjudged = {};         // beams whose number of elements or modes nothing else has judged
   std::vector<size_t> between_samples = {};  // beams of few elements perhaps, by how they vibrate there (coarse_beams.h)
   std::vector<size_t> ringing = {};          // beams of few elements perhaps, by what outputs show (ringing_beams.h)
+  std::vector<size_t> coarse = {};           // beams of few elements by closed formulas, which warn themselves (coarse_beams.h)
   double surely_small = 0.5;                 // nothing is measured below this share of what is asked: estimates err by so much
   bool no_run_of_it = false;                 // the scene is another one than the run's: it is run too
   std::vector<size_t> may_tip = {};          // beams of few elements perhaps (coarse_beams.h: beams_that_may_tip)
@@ -54,15 +55,20 @@ struct BendingWorth {
   int elements = 0;
 };
 
+struct ModelWorth {
+  BendingWorth bending;
+  std::vector<size_t> measured;  // beams of whose elements half or twice as many have told
+};
+
 // Whether check_models has any beam to check.
 bool any_to_check(const Scene& scene, const std::vector<LinearLimit>& limits, const ModelCheckOptions& options);
 
-// Checks beams of certain forms, those that are unjudged, or fast between samples, by twice their elements, those that may tip by half of
-// them, and the beams of `limits` whose error may be above what is asked, and says what was found: warnings for what is worth more, with
-// what keeps it, notes for the rest. What cannot be measured is warned of by its estimate. base: histories of the scene itself at
+// Checks beams of certain forms, those that are unjudged, coarse, or fast between samples, by twice their elements, those that may tip by
+// half of them, and the beams of `limits` whose error may be above what is asked, and says what was found: warnings for what is worth more,
+// with what keeps it, notes for the rest. What cannot be measured is warned of by its estimate. base: histories of the scene itself at
 // options.run.tolerance.
-BendingWorth check_models(const Scene& scene, const std::vector<EffectState>& states, const std::vector<LinearLimit>& limits,
-                          const Histories& base, const ModelCheckOptions& options, SolverStatistics& out);
+ModelWorth check_models(const Scene& scene, const std::vector<EffectState>& states, const std::vector<LinearLimit>& limits,
+                        const Histories& base, const ModelCheckOptions& options, SolverStatistics& out);
 
 // The scene with richer models of those beams for which they change more than is asked; none where there is no such beam, or an output
 // would be lost.

@@ -357,12 +357,14 @@ bool resolves(const Unjudged& run, const NeglectOptions& check) {
 }
 
 struct Measured {
-  bool models = false;  // what they cannot show
-  bool hidden = false;  // effects were not, as the error of time hides them
+  bool models = false;                // what they cannot show
+  bool hidden = false;                // effects were not, as the error of time hides them
+  std::vector<size_t> elements = {};  // beams of whose number of them other numbers have told
 };
 
 // What is of second order and left out, and what the models cannot show, beside looser runs, which are made only where there is such.
-Measured measure(Unjudged& run, bool judge_models) {
+// coarse: beams that closed formulas call so.
+Measured measure(Unjudged& run, bool judge_models, const std::vector<size_t>& coarse) {
   const SimulateOptions& options = run.options;
   Results& results = run.results;
   Alone& alone = run.alone;
@@ -383,6 +385,7 @@ Measured measure(Unjudged& run, bool judge_models) {
     richer.between_samples =
         beams_between_samples(run.scene, alone.start->model, alone.effects, results, sure_of_coarse * unasked_accuracy);
     richer.ringing = beams_that_ring(run.scene, alone.effects, run.reference, unasked_accuracy);
+    richer.coarse = coarse;
   }
   const bool models = judge_models && any_to_check(run.scene, alone.limits, richer);
   const bool resolved = resolves(run, check);
@@ -396,9 +399,10 @@ Measured measure(Unjudged& run, bool judge_models) {
   const bool paired = run.beside.looser.has_value();
   check.tolerance = paired ? run.beside.looser->statistics.tolerance : check.run_tolerance;
   check.floor = paired ? run.beside.difference.largest : 1.5 * check.run_error;
+  std::vector<size_t> elements;
   if (models && paired) {
     richer.run = check;
-    check_models(run.scene, alone.effects, alone.limits, *run.beside.looser, richer, results.statistics);
+    elements = check_models(run.scene, alone.effects, alone.limits, *run.beside.looser, richer, results.statistics).measured;
   }
   // A second run of the same length is made of short ones only, else one beside the looser run.
   const bool beside_itself = results.statistics.work <= least_check || !paired;
@@ -422,7 +426,7 @@ Measured measure(Unjudged& run, bool judge_models) {
     check.budget = std::max(check_price * results.statistics.work, shifting ? 2.0 * least_check : least_check);
     report_neglected(run.scene, alone.effects, paired ? *run.beside.looser : run.reference, check, unasked_accuracy, results.statistics);
   }
-  return {models && paired, !resolved};
+  return {models && paired, !resolved, elements};
 }
 
 // Says of a run what its model lacks. check: only how far the bodies were bent is wanted, of which nothing is said.
@@ -431,12 +435,13 @@ void judge(Unjudged& run, bool check) {
   Alone& alone = run.alone;
   SolverStatistics& s = run.results.statistics;
   if (options.estimate_error) measure_what_shifts(run.scene, s, unasked_accuracy, alone);
-  const Measured measured = measure(run, !check);
+  const std::vector<CoarseBeam> coarse = coarse_beams(run.scene, alone.effects, run.results);
+  const Measured measured = measure(run, !check, coarse_bodies(coarse, run.scene, sure_of_coarse * unasked_accuracy));
   forget_misfits(s.notes, alone.left_out);
   report_left_out(run.scene, alone.left_out, unasked_accuracy, s);
   warn_of_unmeasured(alone.to_measure, s.events, alone.blows_unseen, measured.hidden, s.notes);
   report_left_out(run.scene, alone.to_measure, unasked_accuracy, s);
-  warn_of_coarse_beams(coarse_beams(run.scene, alone.effects, run.results), sure_of_coarse * unasked_accuracy, s.notes);
+  warn_of_coarse_beams(unmeasured_beams(coarse, run.scene, measured.elements), sure_of_coarse * unasked_accuracy, s.notes);
   tell_of_bare_spans(run.scene, alone.effects, run.results, options.pictures || run.scene.outputs.empty(), unasked_accuracy, s.notes);
   warn_of_held_warping(run.scene, alone.effects, run.results, unasked_accuracy, s.notes);
   warn_of_tipping(run.scene, alone.effects, run.results, s.notes);

@@ -49,8 +49,7 @@ void SectionPeak::add_grid(const Section& section, double poisson) {
   const int first = static_cast<int>(points_.size());
   const auto index = [&](int i, int j) { return first + i * (n + 1) + j; };
   for (int i = 0; i <= n; ++i)
-    for (int j = 0; j <= n; ++j)
-      add(section, poisson, Eigen::Vector2d(corner.x() * (1.0 - 2.0 * i / n), corner.y() * (1.0 - 2.0 * j / n)));
+    for (int j = 0; j <= n; ++j) add(section, poisson, Eigen::Vector2d(corner.x() * (1.0 - 2.0 * i / n), corner.y() * (1.0 - 2.0 * j / n)));
   for (int i = 0; i <= n; ++i)
     for (int j = 0; j <= n; ++j) {
       if (i > 0 && i < n) join(0, index(i - 1, j), index(i, j), index(i + 1, j));

@@ -1,8 +1,8 @@
 // The largest von Mises stress in the section of a beam (section_stress.h), wherever in the section it is.
 //
 // Bending peaks on the outline, the shear of forces along the section inside it, and both together with a pull anywhere between. Rectangle,
-// circle and tube: at points of a grid or of rings on the true radii; a parabola through the squares at the largest one and the points beside
-// it tells what lies between them. Others: at points close together along their walls, whose shear is the mean over the thickness.
+// circle and tube: at points of a grid or of rings on the true radii; a parabola through the squares at the largest one and the points
+// beside it tells what lies between them. Others: at points close together along their walls, whose shear is the mean over the thickness.
 #pragma once
 
 #include "sim/scene/section_stress.h"

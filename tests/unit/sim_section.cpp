@@ -276,15 +276,15 @@ TEST(Section, ShearOfAThickTube) {
   }
 }
 
-// Largest stress of random forces and moments, beside the same at 400 to 90000 points: nowhere more than 2e-3 off, on circles and tubes 5e-5.
+// Largest stress of random forces and moments, beside the same at 400 to 90000 points: nowhere more than 2e-3 off, on circles and tubes
+// 5e-5.
 TEST(Section, LargestStress) {
   const auto dense = [](const Section& s) {
     std::vector<Eigen::Vector2d> out{Eigen::Vector2d::Zero()};
     const std::vector<Eigen::Vector2d>& rim = s.outline.front();
     if (s.shape == "rectangle") {
       for (int i = 0; i <= 300; ++i)
-        for (int j = 0; j <= 300; ++j)
-          out.emplace_back(rim[0].cwiseProduct(Eigen::Vector2d(1.0 - i / 150.0, 1.0 - j / 150.0)));
+        for (int j = 0; j <= 300; ++j) out.emplace_back(rim[0].cwiseProduct(Eigen::Vector2d(1.0 - i / 150.0, 1.0 - j / 150.0)));
     } else if (s.shape == "circle" || s.shape == "tube") {
       const auto [outer, inner] = section_radii(s);
       for (int i = 0; i <= 150; ++i)
