@@ -274,6 +274,12 @@ RenderSettings read_table(const TableReader& reader) {
     }
   }
   const std::vector<std::string> exaggerations = {"linear", "corotated"};
+  using Type = sim::TomlValue::Type;
+  // What one writes to see deformations ten times as large.
+  if (const sim::TomlValue* given = reader.find("exaggeration"); given && (given->type == Type::integer || given->type == Type::real))
+    reader.fail("exaggeration", fmt::format("must be \"linear\" or \"corotated\", the way to enlarge deformations, found {}; how much is "
+                                            "key 'scales', such as scales = [1, 10]",
+                                            sim::describe(*given)));
   settings.corotated = reader.word("exaggeration", exaggerations, 0) == 1;
   const std::vector<std::string> schemes = {"auto", "kernel", "elastic", "lattice", "r3", "r", "tps"};
   settings.scheme = interp::scheme_from_name(schemes[reader.word("scheme", schemes, 0)]);

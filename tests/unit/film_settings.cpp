@@ -58,6 +58,7 @@ TEST(RenderSettings, WrongWordsAreAnsweredWithLineKeyAndWhatIsAllowed) {
       {"scales = \"large\"", {"scales", "auto"}},
       {"scales = [1, 1]", {"scales", "twice"}},
       {"scales = [-1]", {"scales"}},
+      {"exaggeration = 10", {"exaggeration", "linear", "scales = [1, 10]"}},
       {"color_by = \"strains\"", {"color_by", "strain"}},
       {"colormap = \"jet\"", {"colormap", "viridis"}},
       {"color_range = [1, 0]", {"color_range", "rise"}},
