@@ -360,6 +360,14 @@ double distance(std::complex<double> point, std::complex<double> from, std::comp
 
 std::string output_of(const std::string& column) { return column.substr(0, column.find('.')); }
 
+// The largest amplitude of the columns of one output, at frequency k.
+double largest_of_output(const FrequencyResponse& response, const std::string& output, Eigen::Index k) {
+  double out = 0.0;
+  for (size_t c = 0; c < response.columns.size(); ++c)
+    if (output_of(response.columns[c]) == output) out = std::max(out, std::abs(response.values(static_cast<Eigen::Index>(c), k)));
+  return out;
+}
+
 // Changes by more than `least` at any of these frequencies, of what the richer model has nowhere about it, relative to its size there: at
 // least a share of the whole vector and of what the output has at the frequencies beside it, where it passes through zero. Beside a
 // resonance of either model three frequencies are no curve; how right it is its frequency tells.
@@ -379,12 +387,8 @@ void compare_over_range(const FrequencyResponse& own, const FrequencyResponse& o
     const auto size_at = [&](Eigen::Index k) { return other.values.row(there).segment(per * k, per).cwiseAbs().maxCoeff(); };
     for (Eigen::Index k = 0; k < count; ++k) {
       if (k < Compared::over_range && resonates(own.frequencies[k])) continue;
-      double vector = 0.0;
       const double of_unit = largest_of_unit(other, per * k + Compared::middle, own.units[c], length);
-      for (size_t o = 0; o < other.columns.size(); ++o) {
-        const double size = std::abs(other.values(static_cast<Eigen::Index>(o), per * k + Compared::middle));
-        if (output_of(other.columns[o]) == output_of(own.columns[c])) vector = std::max(vector, size);
-      }
+      const double vector = largest_of_output(other, output_of(own.columns[c]), per * k + Compared::middle);
       const double before = size_at(std::max<Eigen::Index>(k - 1, 0)), after = size_at(std::min(k + 1, count - 1));
       const double size = std::max({size_at(k), of_vector * vector, of_neighbours * std::sqrt(before * after)});
       if (size <= rounding * of_unit) continue;
@@ -420,10 +424,7 @@ void compare_resonances(const System& system, const System& richer, const Freque
     if (found == other.columns.end()) continue;
     const auto row = static_cast<Eigen::Index>(found - other.columns.begin());
     for (Eigen::Index k = 0; k < own.frequencies.size(); ++k) {
-      double vector = 0.0;
-      for (size_t o = 0; o < other.columns.size(); ++o)
-        if (output_of(other.columns[o]) == output_of(own.columns[c]))
-          vector = std::max(vector, std::abs(other.values(static_cast<Eigen::Index>(o), k)));
+      const double vector = largest_of_output(other, output_of(own.columns[c]), k);
       const double size = std::max(std::abs(other.values(row, k)), of_vector * vector);
       const double off = std::abs(std::abs(own.values(static_cast<Eigen::Index>(c), k)) - std::abs(other.values(row, k))) / size;
       if (off > std::max(least, worst.share)) worst = {off, own.frequencies[k], own.columns[c]};
