@@ -441,7 +441,7 @@ void report_left_out(const Scene& scene, const std::vector<LeftOutWorth>& found,
   std::vector<LeftOutWorth> warned, told;
   for (const LeftOutWorth& f : found) {
     const bool by_formula = f.effect == "stiffening" || f.effect == "gyroscopic";
-    if (f.share > (by_formula ? 0.5 : 0.8) * asked)
+    if (f.share > (by_formula ? 0.5 : told_of_left_out) * asked)
       merge(warned, f, [&](const LeftOutWorth& have) { return remedy_of(scene, neglected(have)) == remedy_of(scene, neglected(f)); });
     else
       merge(told, f, [&](const LeftOutWorth& have) {

@@ -118,6 +118,9 @@ void tell_neglected(const Neglected& n, double floor, Notes& notes);
 void report_neglected(const Scene& scene, const std::vector<EffectState>& states, const Histories& base, const NeglectOptions& options,
                       double asked, SolverStatistics& out);
 
+// Of what is asked: where the estimate of a deformation that is left out becomes a warning.
+inline constexpr double told_of_left_out = 0.8;
+
 // What is worth more than `asked` as warnings, the rest as notes; where the program decides the effects, and of what is of second order,
 // half of it, as no less is told than half of a worth.
 void report_left_out(const Scene& scene, const std::vector<LeftOutWorth>& found, double asked, SolverStatistics& out);

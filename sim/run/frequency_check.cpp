@@ -5,7 +5,7 @@
 #include "sim/dynamics/directions.h"
 #include "sim/run/effect_report.h"
 #include "sim/run/few_modes.h"
-#include "sim/run/model_check.h"
+#include "sim/run/richer_beams.h"
 #include "sim/run/run_scene.h"
 #include "sim/start/make_system.h"
 #include "sim/start/statics.h"
@@ -28,17 +28,6 @@ namespace {
 
 // A linearisation takes some forty evaluations a direction and the third power of their number.
 constexpr size_t most_directions = 200;
-
-// The beam as finite elements with the effects that are on.
-std::optional<Scene> as_elements(const Scene& scene, const std::vector<EffectState>& states, size_t body) {
-  if (std::get<BeamDef>(scene.bodies[body].kind).model != BeamModel::lumped) return with_elements(scene, states, body);
-  Scene out = scene;
-  BeamDef& beam = std::get<BeamDef>(out.bodies[body].kind);
-  beam.model = BeamModel::finite_element;
-  beam.curvature_coupling = false;
-  list_effects(states, out.bodies[body].name, beam);
-  return out;
-}
 
 // Twice as many volumes of as many elements.
 std::optional<Scene> as_twice_the_volumes(const Scene& scene, const std::vector<EffectState>& states, size_t body) {
@@ -67,7 +56,7 @@ std::optional<Scene> with_more_shapes(const Scene& scene, const std::vector<Effe
     if (!names_nodes(scene, scene.bodies[body].name)) finer.elements *= 2;
     return out;
   }
-  std::optional<Scene> out = as_elements(scene, states, body);
+  std::optional<Scene> out = with_elements(scene, states, body);
   if (out && beam.model == BeamModel::finite_element) std::get<BeamDef>(out->bodies[body].kind).elements *= 2;
   return out;
 }
@@ -88,7 +77,8 @@ std::optional<Scene> with_shear(const Scene& scene, const std::vector<EffectStat
   };
   if (is("shear", true) || !(is("bending_xy", true) || is("bending_xz", true))) return std::nullopt;
   if (has_elements(beam)) return with_effect(scene, states, scene.bodies[body].name, "shear", true);
-  std::optional<Scene> out = beam.model == BeamModel::mixed ? as_twice_the_volumes(scene, states, body) : as_elements(scene, states, body);
+  std::optional<Scene> out =
+      beam.model == BeamModel::mixed ? as_twice_the_volumes(scene, states, body) : with_elements(scene, states, body);
   if (out) std::get<BeamDef>(out->bodies[body].kind).effects.names.emplace_back("shear");
   return out;
 }

@@ -1,9 +1,9 @@
 #include "sim/run/model_check.h"
 
 #include "sim/base/work_clock.h"
-#include "sim/bodies/beam.h"
-#include "sim/bodies/beam_terms.h"
-#include "sim/run/second_run.h"
+#include "sim/run/left_out.h"
+#include "sim/run/model_comparison.h"
+#include "sim/run/richer_beams.h"
 
 #include <fmt/format.h>
 
@@ -17,187 +17,6 @@ namespace {
 // Volumes of the richer model for each of the run's. The error falls with the square: what the comparison leaves out is a fifteenth of what
 // it finds for one frame, a third for volumes, of which more would be dear.
 int richer(int pieces) { return pieces == 1 ? 4 : 2; }
-
-template <class Change>
-void change_frames(Scene& scene, const std::string& body, const Change& change) {
-  const auto one = [&](FrameRef& f) {
-    if (f.body == body) change(f.frame);
-  };
-  for (JointDef& j : scene.joints) one(j.parent), one(j.child);
-  for (ForceDef& f : scene.forces) one(f.on), one(f.from);
-  for (OutputDef& o : scene.outputs) one(o.of);
-}
-
-// The number in "node[3]", -1 for other names.
-int index_of(const std::string& frame, const std::string& series) {
-  if (frame.rfind(series + "[", 0) != 0 || frame.back() != ']') return -1;
-  const std::string digits = frame.substr(series.size() + 1, frame.size() - series.size() - 2);
-  return !digits.empty() && digits.size() < 7 && std::all_of(digits.begin(), digits.end(), [](char c) { return c >= '0' && c <= '9'; })
-             ? std::stoi(digits)
-             : -1;
-}
-
-// Elements of the whole beam.
-int elements_of(const BeamDef& beam) {
-  if (beam.model == BeamModel::mixed) return beam.volumes * (beam.modes.empty() ? beam.elements : 2);
-  int modes = 0;
-  for (const auto& [direction, numbers] : beam.modes)
-    if (!numbers.empty()) modes = std::max(modes, *std::max_element(numbers.begin(), numbers.end()));
-  return beam.model == BeamModel::modal ? std::max(8, 2 * modes) : beam.elements;
-}
-
-// Nodes become frames of their own name's number; false where a place is named that the new beam cannot have.
-bool name_places(Scene& scene, BeamDef& beam, const std::string& name) {
-  const int nodes = beam.model == BeamModel::mixed ? beam.volumes * beam.elements : beam.elements;
-  bool known = true;
-  change_frames(scene, name, [&](std::string& frame) {
-    if (const int k = index_of(frame, "node"); k >= 0 && nodes > 0) {
-      frame = fmt::format("at {} of {}", k, nodes);
-      beam.frames[frame] = std::min(1.0, static_cast<double>(k) / nodes);
-    } else if (index_of(frame, "station") >= 0) {
-      known = false;
-    }
-  });
-  return known;
-}
-
-// Deformations that a beam has.
-BeamEffects deformations(const std::vector<EffectState>& states, size_t body) {
-  BeamEffects out;
-  for (const EffectState& s : states) {
-    if (s.body != static_cast<int>(body) || !s.on) continue;
-    out.axial |= s.effect == "axial", out.torsion |= s.effect == "torsion";
-    out.bending_xy |= s.effect == "bending_xy", out.bending_xz |= s.effect == "bending_xz";
-  }
-  return out;
-}
-
-// Every beam's damping as one Kelvin-Voigt time constant, which all models can have: that of the first mode.
-Scene with_plain_damping(const Scene& scene, const std::vector<size_t>& bodies, const std::vector<EffectState>& states) {
-  Scene out = scene;
-  for (const size_t body : bodies) {
-    auto* beam = std::get_if<BeamDef>(&out.bodies[body].kind);
-    if (!beam || (beam->damping.ratio.empty() && beam->damping.mass == 0.0)) continue;
-    // Without damping by mass, which holds the first mode back by mass / 2 omega.
-    BeamDef plain = *beam, critical = *beam;
-    plain.damping.mass = 0.0;
-    critical.damping = {};
-    critical.damping.ratio = {1.0};
-    const BeamEffects effects = deformations(states, body);
-    const double two_over_omega = chain_time_constant(critical, effects);
-    const double tau = chain_time_constant(plain, effects) + beam->damping.mass * std::pow(0.5 * two_over_omega, 2);
-    beam->damping = {};
-    beam->damping.stiffness = tau;
-  }
-  return out;
-}
-
-bool damped_by_modes(const Scene& scene, const std::vector<size_t>& bodies) {
-  return std::any_of(bodies.begin(), bodies.end(), [&](const size_t body) {
-    const auto* beam = std::get_if<BeamDef>(&scene.bodies[body].kind);
-    const auto damps = [](double r) { return r != 0.0; };
-    return beam && beam->model != BeamModel::mixed &&
-           (beam->damping.mass != 0.0 || std::any_of(beam->damping.ratio.begin(), beam->damping.ratio.end(), damps));
-  });
-}
-
-// The same outputs of both, by their names.
-Histories only(const Histories& h, const std::vector<std::string>& columns) {
-  Histories out = h;
-  out.columns = columns;
-  out.units.clear();
-  out.values.resize(static_cast<Eigen::Index>(columns.size()), h.values.cols());
-  if (h.sizes.size() > 0) out.sizes.resize(static_cast<Eigen::Index>(columns.size()));
-  for (size_t k = 0; k < columns.size(); ++k) {
-    const auto at = std::find(h.columns.begin(), h.columns.end(), columns[k]) - h.columns.begin();
-    out.units.push_back(h.units[at]);
-    out.values.row(static_cast<Eigen::Index>(k)) = h.values.row(at);
-    if (h.sizes.size() > 0) out.sizes[static_cast<Eigen::Index>(k)] = h.sizes[at];
-  }
-  return out;
-}
-
-// The largest difference of the outputs that both have.
-struct Found {
-  double share = 0.0;
-  std::string column;
-};
-std::optional<Found> between(const Histories& richer_run, const Histories& run, double deflection) {
-  std::vector<std::string> common;
-  for (const std::string& c : richer_run.columns)
-    if (std::find(run.columns.begin(), run.columns.end(), c) != run.columns.end()) common.push_back(c);
-  const Histories a = only(richer_run, common), b = only(run, common);
-  const Difference d = compare_histories(a, b, common_ranges(a, b, deflection));
-  if (d.column < 0) return std::nullopt;
-  return Found{d.largest, common[d.column]};
-}
-
-}  // namespace
-
-void list_effects(const std::vector<EffectState>& states, const std::string& body, BeamDef& beam) {
-  beam.effects.automatic = false;
-  beam.effects.names.clear();
-  for (const EffectState& s : states)
-    if (s.owner == body && s.on && s.effect != "gyroscopic" && s.effect != "damping") beam.effects.names.push_back(s.effect);
-}
-
-namespace {
-
-// The beam with these effects, its places named apart from nodes; null where the scene gives what another model cannot take over.
-BeamDef* remade(Scene& scene, const std::vector<EffectState>& states, size_t body) {
-  const std::string& name = scene.bodies[body].name;
-  auto* beam = std::get_if<BeamDef>(&scene.bodies[body].kind);
-  if (!beam || beam->model == BeamModel::lumped || !beam->initial.q.empty() || !beam->initial.qd.empty()) return nullptr;
-  if (!name_places(scene, *beam, name)) return nullptr;
-  std::erase_if(scene.outputs,
-                [&](const OutputDef& o) { return o.of.body == name && (o.quantity == Quantity::q || o.quantity == Quantity::qd); });
-  list_effects(states, name, *beam);
-  beam->modes.clear();
-  beam->keep_modes.reset();
-  beam->keep_axial.reset();
-  beam->keep_torsion.reset();
-  beam->chosen.complete_inertia = false;
-  return beam;
-}
-
-}  // namespace
-
-std::optional<Scene> with_volumes(const Scene& scene, const std::vector<EffectState>& states, size_t body, int volumes) {
-  Scene out = scene;
-  const auto* given = std::get_if<BeamDef>(&scene.bodies[body].kind);
-  const int elements = given ? elements_of(*given) : 0;
-  BeamDef* beam = remade(out, states, body);
-  if (!beam) return std::nullopt;
-  if (beam->boundary != Boundary::clamped_free)
-    std::erase_if(out.outputs,
-                  [&](const OutputDef& o) { return o.of.body == out.bodies[body].name && o.quantity == Quantity::displacement; });
-  std::erase(beam->effects.names, "large_bending");
-  beam->model = BeamModel::mixed;
-  beam->volumes = volumes;
-  beam->elements = std::max(1, (elements + volumes - 1) / volumes);
-  beam->boundary = Boundary::clamped_free;
-  return out;
-}
-
-std::optional<Scene> with_elements(const Scene& scene, const std::vector<EffectState>& states, size_t body) {
-  Scene out = scene;
-  const auto* given = std::get_if<BeamDef>(&scene.bodies[body].kind);
-  const int elements = given ? elements_of(*given) : 0;
-  BeamDef* beam = remade(out, states, body);
-  if (!beam) return std::nullopt;
-  beam->model = BeamModel::finite_element;
-  beam->elements = std::max(8, elements);
-  if (beam->boundary == Boundary::clamped_clamped || beam->boundary == Boundary::clamped_supported) beam->boundary = Boundary::clamped_free;
-  return out;
-}
-
-namespace {
-
-// Whether a beam deforms in forms that belong to certain ends, whatever holds it in the scene.
-bool has_forms_of_ends(const BeamDef& beam) {
-  return beam.model == BeamModel::modal || (beam.model == BeamModel::finite_element &&
-                                            (beam.boundary == Boundary::clamped_clamped || beam.boundary == Boundary::clamped_supported));
-}
 
 const char* boundary_word(Boundary b) {
   switch (b) {
@@ -221,125 +40,6 @@ bool is_held(const Scene& scene, const std::string& body, const std::string& fra
   const auto here = [&](const FrameRef& f) { return f.body == body && (f.frame == frame || (f.frame.empty() && frame == "root")); };
   return std::any_of(scene.joints.begin(), scene.joints.end(), [&](const JointDef& j) { return here(j.parent) || here(j.child); });
 }
-
-// The run beside one with richer models of some beams, as far as the budget allows.
-class Comparison {
- public:
-  // plain: of the run, where the richer scene's beams have plain damping (with_plain_damping).
-  Comparison(Scene scene, Scene rich, std::optional<Scene> plain, double budget, const NeglectOptions& run, double asked)
-      : scene_(std::move(scene)), rich_(std::move(rich)), plain_(std::move(plain)), budget_(budget), asked_(asked), run_(run) {}
-
-  // What the richer models change; none where nothing moves, the budget is spent, the richer run fails, or errors of time hide it.
-  std::optional<Found> measure(const Histories& base) {
-    try {
-      try {
-        return by_steps(base);
-      } catch (const BudgetSpent&) {
-        // Vibrations that the run's steps follow may be few, the richer model's many.
-        if (follows() || followed_ || spent_ >= budget_) throw;
-        if (std::optional<Found> found = followed_by_both()) return found;
-        throw;
-      }
-    } catch (const BudgetSpent&) {
-      too_long_ = true;
-    } catch (const std::runtime_error&) {}
-    return std::nullopt;
-  }
-
-  // Whether measure() was given up as the budget would not do.
-  bool too_long() const { return too_long_; }
-
-  // What the first, looser pair of runs tells where that says more than is asked and than these runs err by, and no tighter one came to an
-  // end.
-  const std::optional<Found>& unconfirmed() const { return unconfirmed_; }
-
-  // CPU s of the last run of the richer scene, 0: none came to an end.
-  double rich_cpu() const { return rich_run_.statistics.work; }
-
- private:
-  struct BudgetSpent {};
-
-  // The run by its own method, step by step tighter.
-  std::optional<Found> by_steps(const Histories& base) {
-    std::optional<Found> found = at(run_.tolerance, base);
-    if (!found || found->share <= asked_) return found;
-    // Where vibrations are followed, what a looser run is off by tells what this one is.
-    if (follows() && run_.floor > 0.0 && found->share > 4.0 * run_.floor) return found;
-    if (found->share > run_.floor) unconfirmed_ = found;
-    // Loose runs step over vibrations in different ways: the same at the run's tolerance, where a run ten times looser is at hand of both.
-    const Histories loose = rich_run_;
-    if (spent_ * growth_to(run_.run_tolerance) > budget_ - spent_) throw BudgetSpent{};
-    found = at(run_.run_tolerance, *run_.run);
-    if (!found || found->share <= asked_ || is_resolved(*found, loose)) return found;
-    if (steps_over_vibrations())
-      if (const std::optional<Found> followed = followed_by_both()) return followed;
-    // Steps over vibrations err by the root of the tolerance: two decades more tell what one does not.
-    double tolerance = run_.run_tolerance;
-    for (int decade = 0; decade < 3; ++decade) {
-      const Histories looser = rich_run_;
-      tolerance *= 0.1;
-      found = between(simulate_rich(tolerance), simulated(plain_ ? *plain_ : scene_, tolerance), run_.deflection);
-      if (!found || found->share <= asked_ || is_resolved(*found, looser)) return found;
-    }
-    return std::nullopt;
-  }
-  bool follows() const { return run_.method == Method::exponential || run_.method == Method::erk; }
-  bool steps_over_vibrations() const {
-    const std::string& method = rich_run_.statistics.method;
-    return method == method_name(Method::dirk) || method == method_name(Method::bdf);
-  }
-  // Of runs that follow vibrations, where the method has them and their own errors of time do not hide what they tell.
-  std::optional<Found> followed_by_both() {
-    method_ = Method::exponential, followed_ = true;
-    std::optional<Found> found;
-    try {
-      const Histories loose = simulate_rich(10.0 * run_.run_tolerance);
-      found = between(simulate_rich(run_.run_tolerance), simulated(plain_ ? *plain_ : scene_, run_.run_tolerance), run_.deflection);
-      if (found && found->share > asked_ && !is_resolved(*found, loose)) found.reset();
-    } catch (const std::runtime_error&) {}
-    method_ = run_.method;
-    return found;
-  }
-  // How many times what it took so far the same takes at another tolerance, at least: with implicit methods steps grow by some 2.5 a
-  // decade.
-  double growth_to(double tolerance) const {
-    const std::string& method = rich_run_.statistics.method;
-    const bool implicit = method == method_name(Method::dirk) || method == method_name(Method::bdf);
-    return std::pow(implicit ? 2.0 : 1.2, std::log10(rich_run_.statistics.tolerance / tolerance));
-  }
-  Histories simulated(const Scene& scene, double tolerance) {
-    SimulateOptions o;
-    o.tolerance = tolerance;
-    o.method = method_;
-    o.samples = samples_;
-    double spent = 0.0;
-    std::optional<Histories> h = simulated_within(scene, o, budget_ - spent_, spent);
-    spent_ += spent;
-    if (!h) throw BudgetSpent{};
-    return std::move(*h);
-  }
-  const Histories& simulate_rich(double tolerance) { return rich_run_ = simulated(rich_, tolerance); }
-  std::optional<Found> at(double tolerance, const Histories& run) {
-    samples_ = static_cast<int>(run.times.size());
-    simulate_rich(tolerance);
-    return plain_ ? between(rich_run_, simulated(*plain_, tolerance), run_.deflection) : between(rich_run_, run, run_.deflection);
-  }
-  // Whether a share is larger than the errors of time: of the run, and of the richer one as its looser run tells it.
-  bool is_resolved(const Found& found, const Histories& looser) const {
-    const std::optional<Found> drift = between(looser, rich_run_, run_.deflection);
-    return found.share > 3.0 * run_.run_error && (!drift || found.share > 2.0 * drift->share);
-  }
-
-  Scene scene_, rich_;
-  std::optional<Scene> plain_;
-  Histories rich_run_;  // the last one
-  int samples_ = 0;
-  double budget_, asked_, spent_ = 0.0;
-  bool too_long_ = false, followed_ = false;
-  std::optional<Found> unconfirmed_;
-  const NeglectOptions& run_;
-  std::optional<Method> method_ = run_.method;
-};
 
 // Beams in one frame have their damping ratios in every mode, however many they are.
 bool damped_alike(const Scene& scene, const Scene& rich, const std::vector<size_t>& bodies) {
@@ -382,7 +82,7 @@ void check_forms(const Scene& scene, const std::vector<EffectState>& states, con
         scene, states, bodies, changed, [&](const Scene& s, size_t b) { return with_elements(s, states, b); }, left, plainly);
     return changed.empty() ? std::nullopt : comparison.measure(base);
   };
-  std::optional<Found> found = measured(false);
+  std::optional<OutputChange> found = measured(false);
   // A time constant takes the elements' fast vibrations away, which cost much and may hide the rest.
   if (!found && damped_by_modes(scene, bodies)) found = measured(true);
   for (const size_t b : bodies) {
@@ -431,7 +131,7 @@ bool tells_by_fewer(const Scene& scene, const LinearLimit& limit) {
 
 // What bending in its own frame changes, beside more volumes of the beams `changed`.
 struct BesideVolumes {
-  std::optional<Found> found, unconfirmed;
+  std::optional<OutputChange> found, unconfirmed;
   std::vector<size_t> changed;
   double cpu = 0.0;  // of the run with them, s
   int elements = 0;  // of each beam there
@@ -486,7 +186,7 @@ BendingWorth check_bending(const Scene& scene, const std::vector<EffectState>& s
       beside.found->share < surely_more * options.asked)
     if (BesideVolumes more = bending_beside_volumes(scene, states, base, doubtful, options, telling_elements); more.found)
       beside = std::move(more);
-  const std::optional<Found>& found = beside.found;
+  const std::optional<OutputChange>& found = beside.found;
   worth.cpu = beside.cpu, worth.elements = beside.elements;
   double largest_share = 0.0;
   for (const LinearLimit& l : doubtful) {
@@ -524,63 +224,6 @@ BendingWorth check_bending(const Scene& scene, const std::vector<EffectState>& s
   return worth;
 }
 
-// A lumped beam of so many pieces; none where the scene gives their coordinates.
-std::optional<Scene> with_pieces(const Scene& scene, size_t body, int pieces) {
-  Scene out = scene;
-  const std::string& name = scene.bodies[body].name;
-  auto& beam = std::get<BeamDef>(out.bodies[body].kind);
-  if (!beam.initial.q.empty() || !beam.initial.qd.empty() || !name_places(out, beam, name)) return std::nullopt;
-  std::erase_if(out.outputs,
-                [&](const OutputDef& o) { return o.of.body == name && (o.quantity == Quantity::q || o.quantity == Quantity::qd); });
-  beam.elements = pieces;
-  return out;
-}
-
-// A beam as it is, of half as many elements: of a mixed one in each volume, or half its volumes where each is one element. None where it
-// has too few for that.
-std::optional<Scene> with_half_as_many(const Scene& scene, const std::vector<EffectState>& states, size_t b) {
-  const auto& beam = std::get<BeamDef>(scene.bodies[b].kind);
-  const int fewest = beam.model == BeamModel::lumped ? 2 : 4;  // links err by the square of their length from two on
-  const int elements = elements_of(beam) / 2;
-  if (elements < fewest) return std::nullopt;
-  if (beam.model == BeamModel::lumped) return with_pieces(scene, b, elements);
-  const bool mixed = beam.model == BeamModel::mixed;
-  std::optional<Scene> next =
-      mixed ? with_volumes(scene, states, b, beam.elements > 1 ? beam.volumes : beam.volumes / 2) : with_elements(scene, states, b);
-  if (next) std::get<BeamDef>(next->bodies[b].kind).elements = mixed ? std::max(1, beam.elements / 2) : elements;
-  return next;
-}
-
-// The same of twice as many. A beam that has as many as it may gets them in two volumes, each with as many: `divided`.
-std::optional<Scene> with_twice_as_many(const Scene& scene, const std::vector<EffectState>& states, size_t b, bool& divided) {
-  const auto& beam = std::get<BeamDef>(scene.bodies[b].kind);
-  if (beam.model == BeamModel::lumped) return with_pieces(scene, b, 2 * beam.elements);
-  if (beam.model == BeamModel::mixed) {
-    std::optional<Scene> next = with_volumes(scene, states, b, 2 * beam.volumes);
-    if (next && beam.modes.empty()) std::get<BeamDef>(next->bodies[b].kind).elements = beam.elements;
-    return next;
-  }
-  const int elements = elements_of(beam);
-  BeamDef finer = beam;
-  finer.elements = 2 * elements;
-  finer.keep_modes.reset();
-  const BeamEffects effects = deformations(states, b);
-  const int computed = beam::computed_elements(finer, effects);
-  divided = beam.model == BeamModel::finite_element && computed < 2 * elements && computed <= beam::computed_elements(beam, effects);
-  std::optional<Scene> next = divided ? with_volumes(scene, states, b, 2) : with_elements(scene, states, b);
-  if (next) std::get<BeamDef>(next->bodies[b].kind).elements = divided ? computed : 2 * elements;
-  divided &= next.has_value();
-  return next;
-}
-
-// A beam keeps as many modes as it has: what they leave out is told by few_modes.h.
-void keep_as_many(const Scene& scene, size_t b, Scene& changed) {
-  const auto& from = std::get<BeamDef>(scene.bodies[b].kind);
-  auto& to = std::get<BeamDef>(changed.bodies[b].kind);
-  if (to.model != BeamModel::finite_element) return;
-  to.keep_modes = from.keep_modes, to.keep_axial = from.keep_axial, to.keep_torsion = from.keep_torsion;
-}
-
 // What to take where twice as many elements change an output by this share of its range. Lumps, volumes and what rings err by the second
 // power of their length or less, which makes that three quarters of what is wrong; a half of what is asked is left for other errors.
 std::string enough_elements(const BeamDef& beam, double share, double asked) {
@@ -609,7 +252,7 @@ std::vector<size_t> check_elements(const Scene& scene, const std::vector<EffectS
   if (options.unjudged.empty()) judged.asked *= 0.75;
   // Elements err by the first power of their length at least where they ring, else by the second: what half of them change by little, twice
   // as many, which cost eight times that, cannot change by more.
-  std::optional<Found> half;
+  std::optional<OutputChange> half;
   bool dear = false;  // twice as many would take longer than they may, as the price grows from half of them
   if (!options.unjudged.empty() || !options.ringing.empty() || !options.coarse.empty()) {
     const double before = work_seconds();
@@ -638,7 +281,7 @@ std::vector<size_t> check_elements(const Scene& scene, const std::vector<EffectS
     return next;
   };
   Comparison comparison = compared(scene, states, bodies, changed, twice, judged);
-  const std::optional<Found> found = changed.empty() || dear ? std::nullopt : comparison.measure(base);
+  const std::optional<OutputChange> found = changed.empty() || dear ? std::nullopt : comparison.measure(base);
   std::vector<size_t> measured;
   for (const size_t b : bodies) {
     const std::string owner = fmt::format("body '{}'", scene.bodies[b].name);
@@ -696,7 +339,7 @@ void check_tipping(const Scene& scene, const std::vector<EffectState>& states, c
   ModelCheckOptions judged = options;
   judged.asked *= times_wrong;
   Comparison comparison = compared(scene, states, options.may_tip, changed, half, judged);
-  const std::optional<Found> found = changed.empty() ? std::nullopt : comparison.measure(base);
+  const std::optional<OutputChange> found = changed.empty() ? std::nullopt : comparison.measure(base);
   for (const size_t b : options.may_tip) {
     const std::string owner = fmt::format("body '{}'", scene.bodies[b].name);
     const char* near = "is near the load at which it tips over sideways";
@@ -720,6 +363,38 @@ void check_tipping(const Scene& scene, const std::vector<EffectState>& states, c
 
 }  // namespace
 
+void measure_shear_of_lumps(const Scene& scene, const std::vector<EffectState>& states, const Histories& base,
+                            const ModelCheckOptions& options, std::vector<LeftOutWorth>& left_out) {
+  for (LeftOutWorth& w : left_out) {
+    if (w.effect != "shear" || w.possible || !(w.share > options.asked)) continue;
+    Scene elements = scene;
+    std::vector<size_t> bodies, changed;
+    for (size_t b = 0; b < scene.bodies.size(); ++b) {
+      const auto* beam = std::get_if<BeamDef>(&scene.bodies[b].kind);
+      if (!beam || std::find(w.owners.begin(), w.owners.end(), scene.bodies[b].name) == w.owners.end()) continue;
+      std::optional<Scene> next = beam->model == BeamModel::lumped ? with_elements(elements, states, b) : std::nullopt;
+      if (!next) {
+        bodies.clear();
+        break;
+      }
+      elements = std::move(*next);
+      bodies.push_back(b);
+    }
+    if (bodies.empty()) continue;
+    ModelCheckOptions pair = options;
+    pair.no_run_of_it = true;
+    Comparison comparison = compared(
+        elements, states, bodies, changed,
+        [&](const Scene& s, size_t b) {
+          std::optional<Scene> out = s;
+          std::get<BeamDef>(out->bodies[b].kind).effects.names.push_back("shear");
+          return out;
+        },
+        pair);
+    if (const std::optional<OutputChange> found = comparison.measure(base)) w.share = found->share, w.column = found->column;
+  }
+}
+
 std::optional<Scene> with_richer_models(const Scene& scene, const std::vector<EffectState>& states, const std::vector<LinearLimit>& limits,
                                         const Histories& base, const ModelCheckOptions& options) {
   Scene out = scene;
@@ -734,7 +409,7 @@ std::optional<Scene> with_richer_models(const Scene& scene, const std::vector<Ef
     };
     Comparison comparison = compared(
         scene, states, bodies, changed, [&](const Scene& s, size_t b) { return kept(s, telling(s, b)); }, options);
-    const std::optional<Found> found = changed.empty() ? std::nullopt : comparison.measure(base);
+    const std::optional<OutputChange> found = changed.empty() ? std::nullopt : comparison.measure(base);
     if (found && found->share <= options.asked) return;
     for (const size_t b : changed)
       if (!found && !unmeasured(b)) continue;

@@ -17,16 +17,6 @@
 
 namespace flexframe::sim {
 
-// The scene with a beam as `volumes` volumes, of as many elements in all at least, two for each eigenform. Places that the scene names by
-// node become frames. Outputs that mean something else then (coordinates; displacements in a frame that is not clamped to the root) are
-// left out. None where that is not possible: the scene gives coordinates at the start.
-std::optional<Scene> with_volumes(const Scene& scene, const std::vector<EffectState>& states, size_t body, int volumes);
-// The same with the beam as finite elements in one frame that hold nothing by themselves.
-std::optional<Scene> with_elements(const Scene& scene, const std::vector<EffectState>& states, size_t body);
-
-// The beam has the effects that are on, by name, and the program chooses no others. body: its name.
-void list_effects(const std::vector<EffectState>& states, const std::string& body, BeamDef& beam);
-
 // How the note or warning about a beam of eigenforms begins, whose owner it is.
 inline constexpr std::string_view misfit_words = "its modes are those of";
 // What a warning begins with that nobody has judged the number of elements or modes that the scene gives.
@@ -69,6 +59,11 @@ bool any_to_check(const Scene& scene, const std::vector<LinearLimit>& limits, co
 // options.run.tolerance.
 ModelWorth check_models(const Scene& scene, const std::vector<EffectState>& states, const std::vector<LinearLimit>& limits,
                         const Histories& base, const ModelCheckOptions& options, SolverStatistics& out);
+
+// What shear is worth to lumped beams, which cannot have it, where `left_out` tells more than is asked: between finite elements without and
+// with it. As it was where that could not be measured.
+void measure_shear_of_lumps(const Scene& scene, const std::vector<EffectState>& states, const Histories& base,
+                            const ModelCheckOptions& options, std::vector<LeftOutWorth>& left_out);
 
 // The scene with richer models of those beams for which they change more than is asked; none where there is no such beam, or an output
 // would be lost.

@@ -404,6 +404,12 @@ Measured measure(Unjudged& run, bool judge_models, const std::vector<size_t>& co
     richer.run = check;
     elements = check_models(run.scene, alone.effects, alone.limits, *run.beside.looser, richer, results.statistics).measured;
   }
+  if (judge_models) {
+    ModelCheckOptions lumps = richer;
+    lumps.run = check;
+    lumps.asked = told_of_left_out * unasked_accuracy;
+    measure_shear_of_lumps(run.scene, alone.effects, paired ? *run.beside.looser : run.reference, lumps, alone.left_out);
+  }
   // A second run of the same length is made of short ones only, else one beside the looser run.
   const bool beside_itself = results.statistics.work <= least_check || !paired;
   const ComparedRun itself{run.reference, check.run_tolerance, 0, check.run_error, check.deflection};

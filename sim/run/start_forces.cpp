@@ -1,6 +1,6 @@
 #include "sim/run/start_forces.h"
 
-#include "sim/run/model_check.h"
+#include "sim/run/richer_beams.h"
 #include "sim/run/second_run.h"
 
 #include <fmt/format.h>
