@@ -382,15 +382,13 @@ struct Searched {
   bool checked = false;              // what is left out and the models are judged already
 };
 
-// Loads that come at once leave the first sample off where nothing else is, as a joint holds then what the beam's element beside it weighs:
-// how far off the outputs are after the first instants, which `shares` spread over a twentieth of the run. Empty where it is no less than
-// `asked`, or not known.
+// Loads that come at once leave the first sample off where nothing else is (Finished::after_start). Empty where it is more than `asked` and
+// not far less than at first, or not known.
 std::string only_at_first(const Finished& found, double asked) {
-  const MatX& shares = found.sizes.shares;
-  const Eigen::Index later = shares.cols() - shares.cols() / 20 - 1;
-  if (later < 1 || found.error <= asked || std::abs(found.sizes.error - found.error) > 0.1 * found.error) return "";
-  const double rest = std::sqrt(3.0) * shares.rightCols(later).maxCoeff();  // of a whole vector at most
-  return rest > asked ? "" : fmt::format("; it is in the first instants, after them {:.1e} at most", rest);
+  constexpr double far_less = 0.2;
+  const double rest = found.after_start();
+  if (found.error <= asked || rest < 0.0 || rest > std::max(asked, far_less * found.error)) return "";
+  return fmt::format("; it is in the first instants, after them {:.1e} at most", rest);
 }
 
 Results stated(Task& t, Finished found, const Searched& searched, const SettingsMemory* memory) {

@@ -134,6 +134,9 @@ struct Finished {
   // a joint holds what the element beside it weighs, which falls with its length alone. Counts where it is more than the rest. fine: of the
   // results.
   void count_start(Search& search, const Histories& fine);
+  // How far off the outputs are after the first instants, which `sizes` spread over a twentieth of the run: loads that come at once leave
+  // the first sample off where nothing else is, as a joint holds then what the beam's element beside it weighs. Negative: not known.
+  double after_start() const;
 };
 
 // The run itself, checked against others; finer as long as that is what lacks. Given up once a run of it takes `limit` CPU s.

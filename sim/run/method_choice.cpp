@@ -19,6 +19,9 @@ namespace flexframe::sim {
 namespace {
 
 constexpr double few_radians = 500.0;
+// In loops the Runge-Kutta method makes Newton's matrix anew in every step, by differences, and stages that leave the loops' lengths
+// shake what is stiff: it is the dearer one up to about there, and errs ten times as much.
+constexpr double few_radians_in_loops = 2500.0;
 
 // Radians that a vibration makes until the run ends or it has decayed to a millionth; damping: 2 ratio frequency, 1/s. What decays without
 // vibrating makes none.
@@ -106,8 +109,9 @@ bool may_follow(const System& system) {
 // 3 to 5 is unstable for them, of order 2 it is three times as dear). Where damping turns the fastest vibrations into decay, BDF is stable
 // and the cheapest: a damped beam on its way to large deformations took it 100 steps and the Runge-Kutta method, whose trial stages
 // overshoot, several thousand. Slower vibrations that are damped lightly it has to follow until they have died away, at some ten steps a
-// radian: from 500 radians on it is the dearer one (cantilevers with Rayleigh damping: 12 000 steps instead of 460). Few rates of bodies
-// are followed by the exponential method in place of the Runge-Kutta method, which is off by a hundred to a thousand times as much there.
+// radian: from 500 radians on it is the dearer one (cantilevers with Rayleigh damping: 12 000 steps instead of 460), in loops from some
+// thousand on (few_radians_in_loops). Few rates of bodies are followed by the exponential method in place of the Runge-Kutta method, which
+// is off by a hundred to a thousand times as much there.
 Method choose_method(const System& system, double& fastest_vibration) {
   double fastest = 0.0;
   bool decays = true;  // the fastest vibration of every elastic body is damped beyond critically
@@ -141,7 +145,7 @@ Method choose_method(const System& system, double& fastest_vibration) {
   // At rest implicit steps grow to the length of the run; explicit ones follow vibrations that nobody excites.
   if (fastest_vibration > 0.0 && !decays && stays_at_rest(system)) return Method::dirk;
   if (fastest_vibration * duration < 2000.0) return Method::adams;
-  if (decays && radians < few_radians) return Method::bdf;
+  if (decays && radians < (system.model.loops.empty() ? few_radians : few_radians_in_loops)) return Method::bdf;
   return worth_following(system) ? Method::exponential : Method::dirk;
 }
 

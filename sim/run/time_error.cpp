@@ -23,6 +23,9 @@ double share_of_difference(const std::string& unit, const std::string& method) {
   return of_forces(unit) ? 0.5 : error_of_difference;
 }
 
+// With the tolerance.
+bool order_rises(const std::string& method) { return method == method_name(Method::bdf) || method == method_name(Method::adams); }
+
 // The largest of what an output of places, angles, their rates or energies is made of: columns of its unit, the mechanism and its speed.
 // 0: of others.
 double made_of(const std::string& unit, const Histories& run) {
@@ -87,15 +90,18 @@ void tell_errors(const VecX& errors, const Histories& run, SolverStatistics& out
                                  advised_tolerance(out.tolerance, worst)));
 }
 
-// A tighter run is made where it is known to take less than about so many microseconds.
-constexpr double cheap_look = 1e6;
+// A tighter run is made where it is known to take less than about so many microseconds. Of methods whose order rises with the tolerance it
+// costs little more than a looser one, and tells far more, so that it may take longer, by the run's own work. Adams' at a tight tolerance
+// follows vibrations at the edge of stability, where its errors are 1e-2 at one tolerance and 1e-7 at the next, and "auto" steps over them
+// ten times looser (a rod on a hinge, let go: 6.5e-3 off at 1e-7, 3e-7 at 1e-8).
+constexpr double cheap_look = 1e6, of_high_order = 3e6;
 // What is tighter still is rounding.
 constexpr double tightest = 1e-12;
 
 }  // namespace
 
 double growth_of_steps(const std::string& method, double from, double to) {
-  const double of_a_decade = method == method_name(Method::bdf) ? 1.5 : 2.5;
+  const double of_a_decade = order_rises(method) ? 1.5 : 2.5;
   return std::pow(of_a_decade, std::log10(from / to));
 }
 
@@ -114,8 +120,10 @@ bool is_loose(const SolverStatistics& run) {
 
 bool is_looked_at_tighter(const Results& run) {
   const SolverStatistics& s = run.statistics;
-  return 0.1 * s.tolerance >= tightest && std::find(method_words().begin(), method_words().end(), s.method) != method_words().end() &&
-         price_at(run, 0.1 * s.tolerance) <= cheap_look;
+  const double tolerance = 0.1 * s.tolerance;
+  if (tolerance < tightest || std::find(method_words().begin(), method_words().end(), s.method) == method_words().end()) return false;
+  if (price_at(run, tolerance) <= cheap_look) return true;
+  return order_rises(s.method) && 1e6 * s.work * growth_of_steps(s.method, s.tolerance, tolerance) <= of_high_order;
 }
 
 std::optional<Histories> tighter_run(const System& start, const Scene& scene, const SimulateOptions& options, const Results& run) {
@@ -127,7 +135,10 @@ std::optional<Histories> tighter_run(const System& start, const Scene& scene, co
   // What turns out to need many times the steps, or the work, is given up: a step that follows vibrations may take any number of
   // evaluations.
   tight.progress = give_up_after(std::max(2.0, 4.0 * growth_of_steps(s.method, s.tolerance, tight.tolerance.value()) * s.work));
-  tight.max_steps = std::min(6.0 * static_cast<double>(s.steps) + 1000.0, steps_allowed(scene, options));
+  // Where "auto" came to Adams' method through long implicit steps, these say nothing of Adams' own, which take two evaluations.
+  double steps = 6.0 * static_cast<double>(s.steps);
+  if (s.method == method_name(Method::adams)) steps = std::max(steps, 3.0 * static_cast<double>(s.evaluations));
+  tight.max_steps = std::min(steps + 1000.0, steps_allowed(scene, options));
   try {
     return simulate_histories_from(start, scene, tight);
   } catch (const SimulationError&) {
@@ -145,12 +156,14 @@ double advised_tolerance(double tolerance, double error) {
 
 namespace {
 
-// Estimated errors of the columns from the difference to a looser run; -1: does not move.
-VecX errors_by_looser(const Difference& difference, const VecX& ranges, const Histories& run, const SolverStatistics& s) {
+// Estimated errors of the columns from the difference to a looser run; -1: does not move. method: of the looser one, which "auto" may have
+// made by another than the run.
+VecX errors_by_looser(const Difference& difference, const VecX& ranges, const Histories& run, const std::string& method,
+                      const SolverStatistics& s) {
   VecX errors = VecX::Constant(ranges.size(), -1.0);
   for (Eigen::Index k = 0; k < ranges.size(); ++k) {
     if (ranges[k] <= 0.0) continue;
-    errors[k] = share_of_difference(run.units[static_cast<size_t>(k)], s.method) * difference.columns[k];
+    errors[k] = share_of_difference(run.units[static_cast<size_t>(k)], method.empty() ? s.method : method) * difference.columns[k];
     // What an event's place is wrong by two runs may share: a run with events is not told to be better than its tolerance.
     if (s.events > 0 && errors[k] > 0.0) errors[k] = std::max(errors[k], 0.8 * s.tolerance);
   }
@@ -162,7 +175,7 @@ VecX errors_by_looser(const Difference& difference, const VecX& ranges, const Hi
 Difference estimate_time_error(const Histories& looser, const Histories& run, SolverStatistics& out) {
   const VecX ranges = output_ranges(run);
   Difference difference = compare_histories(looser, run, ranges);
-  VecX errors = errors_by_looser(difference, ranges, run, out);
+  VecX errors = errors_by_looser(difference, ranges, run, looser.statistics.method, out);
   tell_still(difference, ranges, run, out, errors);
   tell_errors(errors, run, out);
   return difference;
@@ -176,7 +189,8 @@ Difference estimate_by_tighter(const Histories& tighter, const Histories* looser
   Difference difference;
   if (looser) {
     difference = compare_histories(*looser, run, ranges);
-    if (is_loose(out)) errors = (errors.array() < 0.0).select(errors, errors.cwiseMax(errors_by_looser(difference, ranges, run, out)));
+    const VecX by_looser = errors_by_looser(difference, ranges, run, looser->statistics.method, out);
+    if (is_loose(out)) errors = (errors.array() < 0.0).select(errors, errors.cwiseMax(by_looser));
   }
   tell_errors(errors, run, out);
   return difference;

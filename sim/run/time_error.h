@@ -12,15 +12,16 @@ namespace flexframe::sim {
 // What the warning advises: how much tighter a run has to be for unasked_accuracy, in whole decades.
 double advised_tolerance(double tolerance, double error);
 
-// How many times the steps a run of this method (its word) at another tolerance takes: as of methods of low order, but of backward
-// differences, whose order rises with the tolerance. Those of the other methods of high order grow less than told.
+// How many times the steps a run of this method (its word) at another tolerance takes: as of methods of low order, but of Adams' and of
+// backward differences, whose order rises with the tolerance. Those of the other methods of high order grow less than told.
 double growth_of_steps(const std::string& method, double from, double to);
 
 // What a run like this one costs at another tolerance, in evaluations times what one of them takes by the number of coordinates: about
 // microseconds. CPU time would make results depend on how busy the machine is.
 double price_at(const Results& run, double tolerance);
 
-// Whether a run ten times tighter costs no more than about a CPU second and is no rounding.
+// Whether a run ten times tighter costs no more than about a CPU second, three of methods whose order rises with the tolerance, and is no
+// rounding.
 bool is_looked_at_tighter(const Results& run);
 
 // The outputs of that run, by the method that `run` ended with; none where it is not looked at, takes far more steps than expected, or
@@ -36,9 +37,9 @@ Difference estimate_by_tighter(const Histories& tighter, const Histories* looser
 
 // Compares a run with one whose tolerance is ten times as large: fills error_estimate and error_column of the output that is furthest off,
 // and warns of outputs whose estimated error is above unasked_accuracy (run_scene.h) of their range. Returns the difference that it comes
-// from (of the looser run). Of Adams' methods the error is a fifth of the difference. Of others forces and accelerations are taken to err
-// by half of it: vibrations that are stepped over show in them most, and hardly less at a tenth of the tolerance; other outputs by a third
-// (error_of_difference). Runs with events are not told to be better than 0.8 of their tolerance.
+// from (of the looser run). Where that is by Adams' methods the error is a fifth of the difference. Of others forces and accelerations are
+// taken to err by half of it: vibrations that are stepped over show in them most, and hardly less at a tenth of the tolerance; other
+// outputs by a third (error_of_difference). Runs with events are not told to be better than 0.8 of their tolerance.
 Difference estimate_time_error(const Histories& looser, const Histories& run, SolverStatistics& out);
 
 // What is missing in the balance of the energies of the results, over the largest of them; counts: more than unasked_accuracy and five
