@@ -9,6 +9,7 @@
 #include "sim/reduce/fe_elements.h"
 #include "sim/reduce/fe_further.h"
 #include "sim/reduce/fe_integrals.h"
+#include "sim/reduce/fe_layer_error.h"
 #include "sim/reduce/fe_mesh_error.h"
 #include "sim/reduce/fe_nodal_stress.h"
 #include "sim/reduce/fe_refine.h"
@@ -587,6 +588,23 @@ class Reducer {
           U.cols(), held, 100.0 * shares.maxCoeff()));
   }
 
+  // Of the lowest frequencies those that are lower than layers that shear one by one have them.
+  void judge_layers(const MatX& U) {
+    if (model.matrices) return;
+    constexpr double told = 0.02;
+    const VecX errors = layer_error(model, system, U, basis.eigenvalues.head(U.cols()));
+    std::string low;
+    for (Eigen::Index k = 0; k < U.cols(); ++k)
+      if (errors(k) > told)
+        low += fmt::format("{}{:.4g} Hz by {:.2g} %", low.empty() ? "" : ", ", hertz(basis.eigenvalues(k)), 100.0 * errors(k));
+    if (!low.empty())
+      report().warnings.push_back(fmt::format(
+          "layered shells: their layers shear one by one, which no shell with one normal has: of the lowest {} frequencies these are too "
+          "low "
+          "by an estimated share: {}; deflections are too large likewise. Make soft cores and thick layers of solids and compare",
+          U.cols(), low));
+  }
+
   // Of deflections under forces at interfaces those that are the hold's: a single node of a single layer gives way in such motions.
   void judge_hourglass_at_interfaces(const MatX& U) {
     constexpr double told = 0.02;
@@ -665,6 +683,7 @@ class Reducer {
     constexpr double told = 0.01;  // what frequencies of finite elements are commonly taken to be good for
     const Eigen::Index count = std::min(looked_at, U.cols());
     judge_hourglass(U.leftCols(count));
+    judge_layers(U.leftCols(count));
     const std::optional<VecX> divided = by_division(U.leftCols(count));
     const std::optional<VecX> errors = divided ? divided : mesh_error(model, system, U.leftCols(count), basis.eigenvalues.head(count));
     lap("mesh error");
