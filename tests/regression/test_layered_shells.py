@@ -118,6 +118,16 @@ with temporary_folder() as name:
         expect(percent, f"{kind}: no warning of a soft core: {text}")
         near(first * (1 + float(percent or 0) / 100), 60.7, 8, f"{kind}: thick faces on a soft core, with the estimate")
 
+    # Nodes on the outer face of a pipe's half: the area is theirs, 5 % more than the wall's.
+    def pipe(x, y):
+        return x, 0.2 * math.sin(y / 0.2), 0.2 * math.cos(y / 0.2)
+
+    for kind, cells in (("S4", (4, 12)), ("S8R", (2, 6))):
+        for offset, place, wanted in ((0.5, pipe, True), (0.0, pipe, False), (0.5, lambda x, y: (x, y, 0.0), False)):
+            wall = f"*SHELL SECTION, ELSET=E, MATERIAL=FOAM, OFFSET={offset}\n0.02\n"
+            found = reduced(inp(plate(0.2, 0.6, cells, kind, place), wall, kind=kind))
+            expect(bool(told(found, "beside their nodes")) == wanted, f"{kind}, offset {offset}: {found['warnings']}")
+
     # Spun about an axis in its plane: the same plate with its nodes in the middle and beside it; and a laminate that stretching bends.
     def spun(text, offset, rate, width=0.12):
         root = f"root=rigid:ROOT@0,{width / 2},{-offset:.9g}"
