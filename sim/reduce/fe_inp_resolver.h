@@ -10,6 +10,7 @@
 
 #include <functional>
 #include <set>
+#include <tuple>
 #include <unordered_map>
 
 namespace flexframe::sim {
@@ -46,11 +47,11 @@ class InpResolver {
   std::vector<int> offsets;                              // of the numbers of each space, to those of the model
   std::unordered_map<int, const InpSection*> sectioned;  // element -> the section that it has
   std::set<std::pair<const InpSection*, const InpSection*>> told_sections;
-  std::map<int, int> beam_directions;                      // beam -> node that its first direction points to
-  std::vector<PartialMean> partial_means;                  // distributing couplings of some directions
-  std::vector<bool> turning;                               // nodes that have rotations of their own
-  std::map<int, bool> rectangles;                          // beam sections that nodal thicknesses may change: RECT, or CIRC
-  std::map<std::pair<int, std::string>, int> rectangular;  // space and orientation -> axes
+  std::map<int, int> beam_directions;                            // beam -> node that its first direction points to
+  std::vector<PartialMean> partial_means;                        // distributing couplings of some directions
+  std::vector<bool> turning;                                     // nodes that have rotations of their own
+  std::map<int, bool> rectangles;                                // beam sections that nodal thicknesses may change: RECT, or CIRC
+  std::map<std::tuple<int, std::string, int>, int> rectangular;  // space, orientation, leading axis -> axes
   InpScope& scope(int space) { return deck.scopes[spaces[space].scope]; }
   [[noreturn]] void fail(const InpPlace& place, const std::string& text) const {
     throw InputError(fmt::format("{}: {}", deck.where(place), text));
@@ -96,6 +97,8 @@ class InpResolver {
   // Sections.
   int material_named(const std::string& name, const InpPlace& place) const;
   const InpAxes* axes_named(int space, const std::string& name, const InpPlace& place, int& whose);
+  // Place of the axis of an orientation, as made for an element, that is the material's first one.
+  int leading_axis(const InpAxes& axes, const Mat3& made, const std::string& name, const InpPlace& place, const FeElement& e);
   // Index of the axes of an orientation for an element: one for all where it is rectangular.
   int axes_for(int space, const std::string& name, const InpPlace& place, const FeElement& e);
   // Two materials of one name.

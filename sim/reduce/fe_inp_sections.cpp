@@ -7,20 +7,56 @@
 #include <limits>
 
 namespace flexframe::sim {
+namespace {
+
+// Whether a section has a thickness, or dimensions, of its own.
+bool has_size(const InpSection& s) {
+  return !s.layers.empty() || std::any_of(s.numbers.begin(), s.numbers.end(), [](double x) { return x != 0.0; });
+}
+
+}  // namespace
+
+// Abaqus takes the axis of the additional rotation for the normal of a shell and projects the one behind it, 1, 2, 3 in turn, as the
+// material's first; without a second line the axes are taken as they stand, unless the first one is the normal.
+int InpResolver::leading_axis(const InpAxes& axes, const Mat3& made, const std::string& name, const InpPlace& place, const FeElement& e) {
+  if (!fe_is_shell(e.shape) || axes.about == 3) return 0;
+  Mat3X X(3, e.count);
+  for (int k = 0; k < e.count; ++k) X.col(k) = model.nodes[model.connectivity[e.first + k]];
+  double area = 0.0;
+  const Vec3 normal = shell_axes(e.shape, X, e.id, area).col(2);
+  const int about = axes.about > 0 ? axes.about : 1;
+  const double along = std::abs(normal.dot(made.col(about - 1)));
+  // Lying in the surface, the axis cannot be the normal: Abaqus refuses it.
+  if (along < (axes.about > 0 ? 0.1 : 0.9)) return 0;
+  bool directed = e.material >= 0 && model.materials[e.material].elasticity;
+  for (const FeLayer& l : e.section >= 0 ? model.layups[e.section].layers : std::vector<FeLayer>())
+    directed = directed || model.materials[l.material].elasticity;
+  if (directed && !(deck.abaqus && axes.about > 0))
+    add_once(model.warnings,
+             fmt::format("{}: orientation '{}' on shells: its axis {} is taken for the normal, and the material's first direction is the "
+                         "projection of axis {}, as in Abaqus; in CalculiX the material has the axes as they stand. Give axis 3 along "
+                         "the normal (second line: 3, angle)",
+                         deck.where(place), name, about, about % 3 + 1));
+  return about % 3;
+}
 
 int InpResolver::axes_for(int space, const std::string& name, const InpPlace& place, const FeElement& e) {
   int whose = 0;
   const InpAxes* axes = axes_named(space, name, place, whose);
   const InpSpace& s = spaces[whose];
-  if (!axes->cylindrical)
-    if (const auto it = rectangular.find({whose, name}); it != rectangular.end()) return it->second;
   Vec3 middle = Vec3::Zero();
   for (int k = 0; k < e.count; ++k) middle += model.nodes[model.connectivity[e.first + k]] / e.count;
   Mat3 made;
   if (!axes->at(s.turn.transpose() * (middle - s.shift), made))
     fail(place, fmt::format("orientation '{}' has no direction at element {}, which lies on its axis", name, e.id));
-  model.axes.push_back(s.turn * made);
-  if (!axes->cylindrical) rectangular[{whose, name}] = static_cast<int>(model.axes.size()) - 1;
+  made = (s.turn * made).eval();
+  const int lead = leading_axis(*axes, made, name, place, e);
+  if (!axes->cylindrical)
+    if (const auto it = rectangular.find({whose, name, lead}); it != rectangular.end()) return it->second;
+  Mat3 in_turn;
+  for (int k = 0; k < 3; ++k) in_turn.col(k) = made.col((lead + k) % 3);
+  model.axes.push_back(in_turn);
+  if (!axes->cylindrical) rectangular[{whose, name, lead}] = static_cast<int>(model.axes.size()) - 1;
   return static_cast<int>(model.axes.size()) - 1;
 }
 
@@ -71,9 +107,9 @@ void InpResolver::add_section(int space, const InpSection& s) {
     }
     if (s.shell != fe_is_shell(e.shape) && (fe_is_shell(e.shape) || fe_is_solid(e.shape)))
       fail(s.place, fmt::format("*{} SECTION for element {}, a {}", s.shell ? "SHELL" : "SOLID", e.id, fe_name(e.shape)));
+    if (s.shell) e.section = layup;
     if (!s.orientation.empty()) e.axes = axes_for(space, s.orientation, s.place, e);
     if (!s.shell) continue;
-    e.section = layup;
     e.thickness = s.numbers.empty() ? 0.0 : s.numbers[0];
     if (!s.layers.empty()) {
       e.thickness = 0.0;
@@ -186,9 +222,9 @@ void InpResolver::add_beam_section(int space, const InpSection& s, const std::ve
 void InpResolver::add_thickness(int space) {
   const InpScope& from = scope(space);
   if (from.nodal_thickness.empty()) return;
-  add_once(model.notes, "*NODAL THICKNESS: beams and shells of 3 and 4 nodes have the mean of their nodes");
   std::map<int, std::pair<double, double>> given;
   double steepest = 1.0;
+  bool used = false, passed_over = false;
   for (const InpThickness& t : from.nodal_thickness)
     for (int node : nodes_named(space, t.where, t.place)) given[node] = {t.first, t.second};
   for (size_t k = 0; k < spaces[space].first.size(); ++k)
@@ -196,6 +232,11 @@ void InpResolver::add_thickness(int space) {
       FeElement& e = model.elements[index];
       const bool beam = e.shape == FeShape::beam2 && e.section >= 0 && rectangles.contains(e.section);
       if (!fe_is_shell(e.shape) && !beam) continue;
+      // Only sections that ask for them have the nodes' thicknesses, and those that have none of their own.
+      if (const auto s = sectioned.find(index); s != sectioned.end() && !s->second->nodal_thickness && has_size(*s->second)) {
+        passed_over = true;
+        continue;
+      }
       VecX all_first(e.count);
       double first = 0.0, second = 0.0, least = std::numeric_limits<double>::max(), most = 0.0;
       bool all = true;
@@ -210,6 +251,7 @@ void InpResolver::add_thickness(int space) {
         most = std::max(most, at->second.first);
       }
       if (!all) continue;
+      used = true;
       const bool curved = e.shape == FeShape::triangle6 || e.shape == FeShape::quadrangle8;
       if (curved && most > least && least > 0.0) model.node_thickness[index] = all_first;
       if (!curved) steepest = std::max(steepest, most / least);
@@ -224,6 +266,12 @@ void InpResolver::add_thickness(int space) {
       model.beam_sections.push_back(*made);
       e.section = static_cast<int>(model.beam_sections.size()) - 1;
     }
+  if (used) add_once(model.notes, "*NODAL THICKNESS: beams and shells of 3 and 4 nodes have the mean of their nodes");
+  if (passed_over)
+    model.warnings.push_back(
+        fmt::format("{}: *NODAL THICKNESS counts only where the section has the parameter NODAL THICKNESS, as in Abaqus and CalculiX: the "
+                    "others keep their own thickness",
+                    deck.where(from.nodal_thickness[0].place)));
   if (steepest > 1.2)
     model.warnings.push_back(fmt::format(
         "{}: *NODAL THICKNESS changes by a factor of up to {:.2g} within an element, which has the mean: use smaller elements there",

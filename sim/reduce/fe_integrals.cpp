@@ -124,9 +124,10 @@ struct Pairs {
   int size() const { return static_cast<int>(j.size()); }
 };
 
-// Membrane forces of a shell: plane stress in its plane. The gradient has no part along the normal, so neither has the strain.
-template <class Point, class MatrixPoint>
-void shell_second_order(const FeModel& model, const FeElement& e, const Mat3X& X, const Point& point, const MatrixPoint& matrix_point) {
+// Membrane forces of a shell, and the moments that come with them where the nodes lie beside its middle or layers are not alike on both
+// sides: plane stress in its plane. The gradient has no part along the normal, so neither has the strain.
+template <class Point, class ShellPoint>
+void shell_second_order(const FeModel& model, const FeElement& e, const Mat3X& X, const Point& point, const ShellPoint& shell_point) {
   const bool plain = e.section < 0 && !model.materials[e.material].elasticity;
   for (const FeShellPoint& p : shell_points(e.shape, X, e.id)) {
     const MatX dN = p.dN * p.axes.leftCols<2>().transpose();
@@ -138,10 +139,11 @@ void shell_second_order(const FeModel& model, const FeElement& e, const Mat3X& X
     }
     const FeShellLaw law = shell_law(model, e, p.axes);
     constexpr std::array<int, 3> plane = {0, 1, 3};
-    Mat6 C = Mat6::Zero();
-    C(plane, plane) = law.A;
+    Mat6 A = Mat6::Zero(), B = Mat6::Zero();
+    A(plane, plane) = law.A;
+    B(plane, plane) = law.B;
     const Mat6 T = stress_turn(p.axes);
-    matrix_point(dN, p.area, T * C * T.transpose());
+    shell_point(dN, p.area, T * A * T.transpose(), T * B * T.transpose(), p.axes.col(2));
   }
 }
 
@@ -180,9 +182,11 @@ void each_beam_strain(const FeModel& model, const FeSystem& system, const MatX& 
 }
 
 // Calls visit(element, dN (nodes x 3), volume, S) at each integration point; S: six rows xx yy zz xy yz xz of the stress of sym(grad u_j^T
-// grad u_k) per pair, for shells the membrane stress in space axes.
-template <class Visit>
-void each_second_order_stress(const FeModel& model, const FeSystem& system, const MatX& U, const Pairs& pairs, const Visit& visit) {
+// grad u_k) per pair, for shells the membrane stress in space axes. turn(element, dN, area, M, normal): likewise moments of shells, which
+// bend them as the gradient of rotation x normal.
+template <class Visit, class Turn>
+void each_second_order_stress(const FeModel& model, const FeSystem& system, const MatX& U, const Pairs& pairs, const Visit& visit,
+                              const Turn& turn) {
   const Eigen::Index n = U.cols(), count = pairs.size();
   // One row per component, so that the loops over pairs and fields run over neighbours in memory.
   using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -230,6 +234,13 @@ void each_second_order_stress(const FeModel& model, const FeSystem& system, cons
       S = (C * S).eval();
       visit(e, dN, volume, S);
     };
+    const auto shell_point = [&](const MatX& dN, double area, const Mat6& A, const Mat6& B, const Vec3& normal) {
+      strains(dN, 1.0);
+      S.topRows(3) *= 0.5;
+      if (!B.isZero(0.0)) turn(e, dN, area, Rows(B * S), normal);
+      S = (A * S).eval();
+      visit(e, dN, area, S);
+    };
     if (e.shape == FeShape::beam2) {
       // A rod: the axial force alone, strain du/ds . du/ds / 2, stress E along the axis.
       const Vec3 axis = X.col(1) - X.col(0);
@@ -238,7 +249,7 @@ void each_second_order_stress(const FeModel& model, const FeSystem& system, cons
       dN << -axis.transpose() / (L * L), axis.transpose() / (L * L);
       point(dN, model.beam_sections[e.section].area * L, 0.0, 0.5 * E);
     } else if (fe_is_shell(e.shape)) {
-      shell_second_order(model, e, X, point, matrix_point);
+      shell_second_order(model, e, X, point, shell_point);
     } else if (model.materials[e.material].elasticity) {
       const Mat6 C = elasticity(material_in_space(model, e));
       for (const FePoint& p : solid_points(e.shape, e.formulation, FeRule::stiffness, X, e.id)) matrix_point(p.dN, p.volume, C);
@@ -259,13 +270,24 @@ MatX second_order_loads(const FeModel& model, const FeSystem& system, const MatX
   using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   const Pairs pairs(static_cast<int>(U.cols()), first, count);
   Rows g = Rows::Zero(system.size, pairs.size());
-  each_second_order_stress(model, system, U, pairs, [&](const FeElement& e, const MatX& dN, double volume, const auto& S) {
+  const auto push = [&](const FeElement& e, const MatX& dN, double volume, const auto& S) {
     for (int i = 0; i < e.count; ++i) {
       const auto& dof = system.dof[model.connectivity[e.first + i]];
       const double x = volume * dN(i, 0), y = volume * dN(i, 1), z = volume * dN(i, 2);
       for (int d = 0; d < 3; ++d) g.row(dof[d]) += x * S.row(stress_row[d][0]) + y * S.row(stress_row[d][1]) + z * S.row(stress_row[d][2]);
     }
-  });
+  };
+  const auto turn = [&](const FeElement& e, const MatX& dN, double area, const auto& M, const Vec3& normal) {
+    for (int i = 0; i < e.count; ++i) {
+      const auto& dof = system.dof[model.connectivity[e.first + i]];
+      const Mat3 lever = area * skew(normal);
+      for (int d = 0; d < 3; ++d)
+        for (int b = 0; b < 3; ++b)
+          for (int a = 0; a < 3; ++a)
+            if (lever(d, a) != 0.0) g.row(dof[3 + d]) += lever(d, a) * dN(i, b) * M.row(stress_row[a][b]);
+    }
+  };
+  each_second_order_stress(model, system, U, pairs, push, turn);
   each_beam_strain(model, system, U, pairs, [&](const FeElement& e, const FeBeamPoint& p, const MatX& S) {
     const MatX forces = p.weight * p.forces.transpose() * S;
     for (Eigen::Index i = 0; i < 2; ++i)
@@ -280,7 +302,7 @@ MatX second_order_work(const FeModel& model, const FeSystem& system, const MatX&
   MatX out = MatX::Zero(pairs.size(), loads);
   if (loads == 0) return out;
   MatX strain(6, loads);
-  each_second_order_stress(model, system, U, pairs, [&](const FeElement& e, const MatX& dN, double volume, const auto& S) {
+  const auto push = [&](const FeElement& e, const MatX& dN, double volume, const auto& S) {
     strain.setZero();
     for (int i = 0; i < e.count; ++i) {
       const auto& dof = system.dof[model.connectivity[e.first + i]];
@@ -288,7 +310,20 @@ MatX second_order_work(const FeModel& model, const FeSystem& system, const MatX&
         for (int b = 0; b < 3; ++b) strain.row(stress_row[d][b]) += volume * dN(i, b) * W.row(dof[d]);
     }
     out.noalias() += S.transpose() * strain;
-  });
+  };
+  const auto turn = [&](const FeElement& e, const MatX& dN, double area, const auto& M, const Vec3& normal) {
+    strain.setZero();
+    const Mat3 lever = area * skew(normal);
+    for (int i = 0; i < e.count; ++i) {
+      const auto& dof = system.dof[model.connectivity[e.first + i]];
+      for (int d = 0; d < 3; ++d)
+        for (int b = 0; b < 3; ++b)
+          for (int a = 0; a < 3; ++a)
+            if (lever(d, a) != 0.0) strain.row(stress_row[a][b]) += lever(d, a) * dN(i, b) * W.row(dof[3 + d]);
+    }
+    out.noalias() += M.transpose() * strain;
+  };
+  each_second_order_stress(model, system, U, pairs, push, turn);
   each_beam_strain(model, system, U, pairs, [&](const FeElement& e, const FeBeamPoint& p, const MatX& S) {
     MatX motions(12, loads);
     for (Eigen::Index i = 0; i < 2; ++i)

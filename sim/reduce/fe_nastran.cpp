@@ -305,11 +305,10 @@ void NastranReader::add_material(int id, const NastranCard& c) {
     m.poisson = nu;
     m.density = deck.real(c, 4) * density;
   } else if (c.name == "MAT8") {
-    const double E1 = deck.real(c, 1), E2 = deck.real(c, 2), nu = deck.real(c, 3), G = deck.real(c, 4), G1 = deck.real(c, 5, G),
-                 G2 = deck.real(c, 6, G);
+    const double E1 = deck.real(c, 1), E2 = deck.real(c, 2), nu = deck.real(c, 3), G = deck.real(c, 4);
     if (!(E1 > 0.0 && E2 > 0.0 && G > 0.0)) deck.fail(c, "E1, E2 and G12 must be > 0");
     Mat6 S = Mat6::Zero();
-    S.diagonal() << 1 / E1, 1 / E2, 1 / E2, 1 / G, 1 / (G2 > 0 ? G2 : G), 1 / (G1 > 0 ? G1 : G);
+    S.diagonal() << 1 / E1, 1 / E2, 1 / E2, 1 / G, 1 / across(c, 6), 1 / across(c, 5);
     S(0, 1) = S(1, 0) = -nu / E1;
     m.elasticity = S.inverse() * stress;
     m.youngs_modulus = E1 * stress;
@@ -352,6 +351,17 @@ void NastranReader::add_material(int id, const NastranCard& c) {
   }
   material_at[id] = static_cast<int>(model.materials.size());
   model.materials.push_back(m);
+}
+
+// G1Z or G2Z of MAT8. Blank or zero is rigid: ten times the stiffest modulus beside it, or any metal's where all of them are a soft core's.
+double NastranReader::across(const NastranCard& c, size_t field) {
+  if (const double given = deck.real(c, field); given > 0.0) return given;
+  constexpr double metal = 2e11;  // Pa
+  if (!deck.blank(c, field) && deck.real(c, field) < 0.0) deck.fail(c, "G1Z and G2Z must be > 0, or blank: rigid against transverse shear");
+  add_once(model.notes, fmt::format("{}: MAT8 without {} is rigid against transverse shear that way, as Nastran has it; give thick layers "
+                                    "and cores their own",
+                                    deck.where(c), field == 5 ? "G1Z" : "G2Z"));
+  return 10.0 * std::max({deck.real(c, 1), deck.real(c, 2), deck.real(c, 4), metal / units.stress()});
 }
 
 int NastranReader::material(const NastranCard& c, size_t field) {

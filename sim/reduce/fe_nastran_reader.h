@@ -132,6 +132,7 @@ class NastranReader {
 
   // Materials and properties.
   void add_material(int id, const NastranCard& c);
+  double across(const NastranCard& c, size_t field);
   int material(const NastranCard& c, size_t field);
   const NastranCard& property(const NastranCard& c, std::initializer_list<const char*> names);
   // A material with more density: non-structural mass.

@@ -39,7 +39,7 @@ FePly ply(const FeMaterial& m, const Mat3& turn) {
   if (!m.elasticity) {
     const double c = m.youngs_modulus / (1 - m.poisson * m.poisson);
     out.membrane << c, c * m.poisson, 0, c * m.poisson, c, 0, 0, 0, 0.5 * c * (1 - m.poisson);
-    out.shear = m.youngs_modulus / (2 * (1 + m.poisson)) * Eigen::Matrix2d::Identity();
+    out.shear = out.alone = m.youngs_modulus / (2 * (1 + m.poisson)) * Eigen::Matrix2d::Identity();
     return out;
   }
   // No stress along the normal: the compliance's part of the surface, turned into the shell's axes.
@@ -48,7 +48,7 @@ FePly ply(const FeMaterial& m, const Mat3& turn) {
   constexpr std::array<int, 3> plane = {0, 1, 3};
   constexpr std::array<int, 2> across = {5, 4};
   out.membrane = Mat3(compliance(plane, plane)).inverse();
-  out.shear = Eigen::Matrix2d(compliance(across, across)).inverse();
+  out.shear = out.alone = Eigen::Matrix2d(compliance(across, across)).inverse();
   return out;
 }
 
@@ -67,32 +67,60 @@ void sum_up(FeShellLaw& law) {
   }
 }
 
-// Transverse shear of several layers. Stress grows from the bottom so that it balances what the moments' change makes of the stress in the
-// layers, d/dx of that of Mx and d/dy of that of My without force in the plane; its energy is that of the resultants (R. Rolfes,
-// K. Rohwer, Improved transverse shear stresses in composite finite elements, IJNME 40 (1997)). Five sixths of the layers' sum are a single
-// layer's: a soft core between stiff faces would be as stiff as these. Layers get the mean of it, which those of curved shells sum up.
-void balance_shear(FeShellLaw& law) {
+// Stress that balances what moments' change makes of the stress in the layers, grown from the bottom: at three places of each layer
+// use(layer, height, weight in m, xx yy xy (N/m) of unit Mx My Mxy without force in the plane). Returns the bending stiffness without such
+// force.
+template <class Use>
+Mat3 grow_shear(const FeShellLaw& law, const Use& use) {
   Mat6 stiffness;
   stiffness << law.A, law.B, law.B, law.D;
   const Mat6 compliance = stiffness.inverse();
   const Mat3 stretch = compliance.topRightCorner<3, 3>(), bend = compliance.bottomRightCorner<3, 3>();
-  Mat3 below = Mat3::Zero();  // stress of a unit moment, summed up from the bottom: N/m
-  Eigen::Matrix2d flexibility = Eigen::Matrix2d::Zero();
+  Mat3 below = Mat3::Zero();
   constexpr std::array<double, 3> place = {-0.774596669241483377, 0.0, 0.774596669241483377}, weight = {5.0 / 9, 8.0 / 9, 5.0 / 9};
   const auto grown = [&](const FePly& p, double z) {
     return Mat3(below + p.membrane * ((z - p.lower) * stretch + 0.5 * (z * z - p.lower * p.lower) * bend));
   };
   for (const FePly& p : law.plies) {
-    const Eigen::Matrix2d soft = p.shear.inverse();
     for (size_t i = 0; i < 3; ++i) {
-      const Mat3 f = grown(p, 0.5 * (p.lower + p.upper) + 0.5 * place[i] * (p.upper - p.lower));
-      Eigen::Matrix2d flow;  // xz and yz of the transverse forces along x and y
-      flow << f(0, 0), f(2, 1), f(2, 0), f(1, 1);
-      flexibility += 0.5 * weight[i] * (p.upper - p.lower) * flow.transpose() * soft * flow;
+      const double z = 0.5 * (p.lower + p.upper) + 0.5 * place[i] * (p.upper - p.lower);
+      use(p, z, 0.5 * weight[i] * (p.upper - p.lower), grown(p, z));
     }
     below = grown(p, p.upper);
   }
-  if (!flexibility.allFinite() || !(flexibility.determinant() > 0.0)) return;
+  return bend.inverse();
+}
+
+// Transverse shear of several layers. Where a bending wave runs along a direction, its curvature, and so all stress in the layers, changes
+// along that direction alone, and shear stress balances this change (R. Rolfes, K. Rohwer, Improved transverse shear stresses in composite
+// finite elements, IJNME 40 (1997), who take one moment of the element's axes each instead: with them the stiffness of laminates depended
+// on the way their elements lie). The stiffness S of the plate is the one whose energy is nearest that of these waves in all directions.
+// Five sixths of the layers' sum are a single layer's: a soft core between stiff faces would be as stiff as these. Layers get the mean of
+// it, which those of curved shells sum up.
+void balance_shear(FeShellLaw& law) {
+  Mat6 energy = Mat6::Zero();  // twice that of moments that change, along x (three) and along y
+  const Mat3 bending = grow_shear(law, [&](const FePly& p, double, double weight, const Mat3& f) {
+    Eigen::Matrix<double, 2, 6> flow;  // xz and yz
+    flow << f.row(0), f.row(2), f.row(2), f.row(1);
+    energy += weight * flow.transpose() * p.alone.inverse() * flow;
+  });
+  Mat3 normal = Mat3::Zero();
+  Vec3 right = Vec3::Zero();
+  constexpr int directions = 36;  // 5 degrees
+  for (int k = 0; k < directions; ++k) {
+    const double angle = std::numbers::pi * k / directions, c = std::cos(angle), s = std::sin(angle);
+    const Vec3 moments = bending * Vec3(c * c, s * s, 2 * c * s);
+    Vec6 change;
+    change << c * moments, s * moments;
+    const double x = change(0) + change(5), y = change(2) + change(4);  // transverse forces
+    const Vec3 form = Vec3(x * x, y * y, 2 * x * y) / change.dot(energy * change);
+    normal += form * form.transpose();
+    right += form;
+  }
+  const Vec3 fitted = normal.ldlt().solve(right);
+  Eigen::Matrix2d flexibility;
+  flexibility << fitted(0), fitted(2), fitted(2), fitted(1);
+  if (!flexibility.allFinite() || !(flexibility(0, 0) > 0.0) || !(flexibility.determinant() > 0.0)) return;
   law.S = flexibility.inverse();
   const double total = law.plies.back().upper - law.plies.front().lower;
   for (FePly& p : law.plies) p.shear = 6.0 / 5.0 / total * law.S;
@@ -160,6 +188,11 @@ FeShellLaw shell_law(const FeModel& model, const FeElement& element, const Mat3&
   }
   double total = 0.0;
   for (const FeLayer& l : layers) total += l.thickness;
+  // Where the whole has another thickness (*NODAL THICKNESS) all layers change alike.
+  if (element.thickness > 0.0 && std::abs(element.thickness - total) > 1e-12 * total) {
+    for (FeLayer& l : layers) l.thickness *= element.thickness / total;
+    total = element.thickness;
+  }
   FeShellLaw law;
   double at = -(0.5 + offset) * total;
   for (const FeLayer& l : layers) {
@@ -173,6 +206,47 @@ FeShellLaw shell_law(const FeModel& model, const FeElement& element, const Mat3&
   if (law.plies.size() > 1) balance_shear(law);
   if (element.section >= 0 && law.plies.size() == 1) change_bending(model, model.layups[element.section], element, Q, law);
   return law;
+}
+
+double layer_warping(const FeShellLaw& law) {
+  if (law.plies.size() < 2) return 0.0;
+  struct Place {
+    const FePly* ply;
+    double z, weight;
+    Mat3 stress;
+  };
+  std::vector<Place> places;
+  const Mat3 bending = grow_shear(law, [&](const FePly& p, double z, double weight, const Mat3& f) {
+    places.push_back({&p, z, weight, f});
+  });
+  double largest = 0.0;
+  constexpr int directions = 6;
+  for (int k = 0; k < directions; ++k) {
+    const double angle = std::numbers::pi * k / directions, c = std::cos(angle), s = std::sin(angle);
+    const Vec3 moments = bending * Vec3(c * c, s * s, 2 * c * s), stretch(c * c, s * s, c * s);
+    Eigen::Matrix<double, 2, 3> across;  // from xx yy xy to xz yz of the wave
+    across << c, 0, s, 0, s, c;
+    const Eigen::Vector2d along(c, s);
+    const double mean = along.dot(law.S.inverse() * (across * moments));
+    // Displacement beside the straight normal: where a layer's shear angle is not the mean one. What a stretched and bent plate has of it
+    // is taken out, weighed by stiffness.
+    double beside = 0.0;
+    Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
+    Eigen::Vector2d right = Eigen::Vector2d::Zero();
+    double square = 0.0;
+    for (const Place& p : places) {
+      const double sheared = along.dot(p.ply->alone.inverse() * (across * (p.stress * moments)));
+      const double step = p.weight * (sheared / mean - 1.0);
+      const double u = beside + 0.5 * step, stiff = p.weight * stretch.dot(p.ply->membrane * stretch);
+      beside += step;
+      normal += stiff * Eigen::Vector2d(1, p.z) * Eigen::RowVector2d(1, p.z);
+      right += stiff * u * Eigen::Vector2d(1, p.z);
+      square += stiff * u * u;
+    }
+    const double left = square - right.dot(normal.inverse() * right);
+    largest = std::max(largest, left / moments.dot(Vec3(c * c, s * s, 2 * c * s)));
+  }
+  return largest;
 }
 
 FeShellLaw shell_law_at(const FeModel& model, const FeElement& element, const Mat3& Q, const VecX& N) {

@@ -3,8 +3,12 @@
 
 #include "sim/base/spatial.h"
 #include "sim/reduce/dense_products.h"
+#include "sim/reduce/fe_elements.h"
+#include "sim/reduce/fe_sections.h"
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 
 namespace flexframe::sim {
 namespace {
@@ -31,6 +35,32 @@ void add_beam(const FeModel& model, const FeElement& e, std::vector<TurningMass>
                  s.I12 * (n1 * n2.transpose() + n2 * n1.transpose());
   const double half = 0.5 * axis.norm() * model.materials[e.material].density;
   for (int k = 0; k < 2; ++k) out.push_back({nodes[k], Vec3::Zero(), half * J});
+}
+
+// Of shells whose mass lies beside their nodes (offsets, layers that are not alike on both sides), summed up at each node; the own
+// thickness of others is left out.
+void add_shell(const FeModel& model, const FeElement& e, std::map<int, TurningMass>& out) {
+  if (e.section < 0) return;
+  Mat3X X(3, e.count);
+  for (int k = 0; k < e.count; ++k) X.col(k) = model.nodes[model.connectivity[e.first + k]];
+  const auto add = [&](const FeShellLaw& law, const Vec3& normal, const VecX& areas) {
+    const double thickness = law.plies.back().upper - law.plies.front().lower;
+    if (!(std::abs(law.m1) > 1e-9 * law.m0 * thickness)) return;
+    const Mat3 across = Mat3::Identity() - normal * normal.transpose();
+    for (int k = 0; k < e.count; ++k) {
+      TurningMass& m = out[model.connectivity[e.first + k]];
+      m.node = model.connectivity[e.first + k];
+      m.s += areas(k) * law.m1 * normal;
+      m.J += areas(k) * law.m2 * across;
+    }
+  };
+  if (e.shape == FeShape::triangle6 || e.shape == FeShape::quadrangle8) {
+    for (const FeShellPoint& p : shell_points(e.shape, X, e.id)) add(shell_law_at(model, e, p.axes, p.N), p.axes.col(2), p.area * p.N);
+    return;
+  }
+  double area = 0.0;
+  const Mat3 Q = shell_axes(e.shape, X, e.id, area);
+  add(shell_law(model, e, Q), Q.col(2), VecX::Constant(e.count, area / e.count));
 }
 
 // Motions of a mass's node in the fields, 6 x n.
@@ -73,14 +103,17 @@ Eigen::Matrix<double, 12, 1> turned_twice(const Vec3& place, const TurningMass& 
 std::vector<TurningMass> turning_masses(const FeModel& model, const FeSystem& system) {
   std::vector<TurningMass> out;
   if (model.matrices) return out;
+  std::map<int, TurningMass> shells;
   for (const FeElement& e : model.elements) {
     if (e.shape == FeShape::beam2) add_beam(model, e, out);
+    if (fe_is_shell(e.shape)) add_shell(model, e, shells);
     if (e.shape != FeShape::lumped || e.count != 1 || !model.lumps[e.section].turns) continue;
     const MatX& M = model.lumps[e.section].M;
     const Mat3 lever = 0.5 * (M.topRightCorner<3, 3>() - M.topRightCorner<3, 3>().transpose());  // -skew(s)
     TurningMass m{model.connectivity[e.first], Vec3(-lever(2, 1), -lever(0, 2), -lever(1, 0)), M.bottomRightCorner<3, 3>()};
     if (!m.s.isZero(0.0) || !m.J.isZero(0.0)) out.push_back(m);
   }
+  for (const auto& [node, m] : shells) out.push_back(m);
   std::erase_if(out, [&](const TurningMass& m) { return system.dof[m.node][3] < 0; });
   return out;
 }

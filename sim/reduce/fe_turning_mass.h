@@ -1,5 +1,5 @@
-// Inertia that turns with nodes: rotary inertia and masses beside their nodes (lumps), sections of beams. Of each the second order in the
-// motion of its node: what turns by theta takes its inertia along, J becomes R J R^T.
+// Inertia that turns with nodes: rotary inertia and masses beside their nodes (lumps, shells with an offset), sections of beams. Of each
+// the second order in the motion of its node: what turns by theta takes its inertia along, J becomes R J R^T.
 #pragma once
 
 #include "sim/reduce/fe_system.h"

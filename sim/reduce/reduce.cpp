@@ -9,6 +9,7 @@
 #include "sim/reduce/fe_elements.h"
 #include "sim/reduce/fe_further.h"
 #include "sim/reduce/fe_integrals.h"
+#include "sim/reduce/fe_layer_error.h"
 #include "sim/reduce/fe_mesh_error.h"
 #include "sim/reduce/fe_nodal_stress.h"
 #include "sim/reduce/fe_refine.h"
@@ -23,6 +24,7 @@
 #include <fstream>
 #include <numbers>
 #include <set>
+#include <unordered_map>
 #include <utility>
 
 #ifdef __GLIBC__
@@ -445,6 +447,7 @@ class Reducer {
     body.md0 = rigid.md;
     body.J0 = rigid.J;
     judge_inertia(rigid);
+    judge_offsets();
     const LinearMass linear = linear_mass_of(U);
     body.md1 = linear.md;
     body.J1 = linear.J;
@@ -503,6 +506,57 @@ class Reducer {
       further.motion.middleRows(6 * static_cast<Eigen::Index>(i), 6) = attachments[i].motion * U;
     report().right_up_to = hertz(found.right_up_to);
     lap("further shapes");
+  }
+
+  // Shells beside their nodes have the area of the nodes' surface: bent, their own is another one.
+  void judge_offsets() {
+    if (model.matrices) return;
+    constexpr double smooth = 0.866, told = 0.02;  // 30 degrees: plates that meet at an angle keep their own normals
+    std::unordered_map<int, std::vector<Vec3>> normals;
+    struct Shell {
+      Mat3X X, normals;
+      double mass = 0.0, height = 0.0;  // kg/m^2; m, of its middle above the nodes
+      const FeElement* element = nullptr;
+    };
+    std::vector<Shell> shells;
+    double mass = 0.0;
+    for (const FeElement& e : model.elements) {
+      if (!fe_is_shell(e.shape)) continue;
+      Shell s{Mat3X(3, e.count), {}, 0.0, 0.0, &e};
+      for (int i = 0; i < e.count; ++i) s.X.col(i) = model.nodes[model.connectivity[e.first + i]];
+      double area = 0.0;
+      const Mat3 Q = shell_axes(e.shape, s.X, e.id, area);
+      const FeShellLaw law = shell_law(model, e, Q);
+      mass += law.m0 * area;
+      s.mass = law.m0;
+      s.height = law.m0 > 0.0 ? law.m1 / law.m0 : 0.0;
+      const bool curved = e.shape == FeShape::triangle6 || e.shape == FeShape::quadrangle8;
+      s.normals = curved ? curved_shell_normals(e.shape, s.X, e.id) : Mat3X(Q.col(2).replicate(1, e.count));
+      for (int i = 0; i < e.count; ++i) normals[model.connectivity[e.first + i]].push_back(s.normals.col(i));
+      if (s.height != 0.0) shells.push_back(std::move(s));
+    }
+    double off = 0.0;
+    const auto area_of = [](const Shell& s, const Mat3X& X) {
+      double sum = 0.0;
+      for (const FeShellPoint& p : shell_points(s.element->shape, X, s.element->id)) sum += p.area;
+      return sum;
+    };
+    for (const Shell& s : shells) {
+      Mat3X moved = s.X;
+      for (int i = 0; i < s.element->count; ++i) {
+        Vec3 mean = Vec3::Zero();
+        for (const Vec3& n : normals[model.connectivity[s.element->first + i]])
+          if (const double along = n.dot(s.normals.col(i)); std::abs(along) > smooth) mean += along > 0.0 ? n : Vec3(-n);
+        moved.col(i) += s.height * mean.normalized();
+      }
+      off += s.mass * std::abs(area_of(s, moved) - area_of(s, s.X));
+    }
+    if (off > told * mass)
+      report().warnings.push_back(fmt::format(
+          "shells beside their nodes (OFFSET, ZOFFS, Z0) have the area of the surface of these, as in Abaqus and Nastran; bent as it is, "
+          "their own differs by {:.2g} %, and so do mass and stiffness from those of what they stand for: put the nodes into the middle "
+          "where that counts",
+          100.0 * off / mass));
   }
 
   // Flat shells have their mass at their nodes: about an axis along a strip of one element it is three times too far out.
@@ -587,6 +641,23 @@ class Reducer {
           U.cols(), held, 100.0 * shares.maxCoeff()));
   }
 
+  // Of the lowest frequencies those that are lower than layers that shear one by one have them.
+  void judge_layers(const MatX& U) {
+    if (model.matrices) return;
+    constexpr double told = 0.02;
+    const VecX errors = layer_error(model, system, U, basis.eigenvalues.head(U.cols()));
+    std::string low;
+    for (Eigen::Index k = 0; k < U.cols(); ++k)
+      if (errors(k) > told)
+        low += fmt::format("{}{:.4g} Hz by {:.2g} %", low.empty() ? "" : ", ", hertz(basis.eigenvalues(k)), 100.0 * errors(k));
+    if (!low.empty())
+      report().warnings.push_back(fmt::format(
+          "layered shells: their layers shear one by one, which no shell with one normal has: of the lowest {} frequencies these are too "
+          "low "
+          "by an estimated share: {}; deflections are too large likewise. Make soft cores and thick layers of solids and compare",
+          U.cols(), low));
+  }
+
   // Of deflections under forces at interfaces those that are the hold's: a single node of a single layer gives way in such motions.
   void judge_hourglass_at_interfaces(const MatX& U) {
     constexpr double told = 0.02;
@@ -665,6 +736,7 @@ class Reducer {
     constexpr double told = 0.01;  // what frequencies of finite elements are commonly taken to be good for
     const Eigen::Index count = std::min(looked_at, U.cols());
     judge_hourglass(U.leftCols(count));
+    judge_layers(U.leftCols(count));
     const std::optional<VecX> divided = by_division(U.leftCols(count));
     const std::optional<VecX> errors = divided ? divided : mesh_error(model, system, U.leftCols(count), basis.eigenvalues.head(count));
     lap("mesh error");
