@@ -40,10 +40,11 @@ struct SectionPoint {
 SectionPoint section_point(const Section& section, double y, double z, double poisson);
 // The same point of the section turned about x by `angle`, rad.
 SectionPoint turned(const SectionPoint& point, double angle);
-// Of a circle or a tube, m; no hole: 0. Its outline is a polygon of the same area.
+// m; no hole: 0.
 struct SectionRadii {
   double outer = 0.0, inner = 0.0;
 };
+// Of a circle or a tube, whose outline is a polygon of the same area.
 SectionRadii section_radii(const Section& section);
 // Von Mises stress, Pa. bend_rates: v''' and w''', 1/m^2.
 double section_von_mises(const SectionStrains& strains, const Eigen::Vector2d& bend_rates, double youngs_modulus, double shear_modulus,
