@@ -131,7 +131,12 @@ Method choose_method(const System& system, double& fastest_vibration) {
   }
   for (const Flexure& f : system.model.flexures) {
     const double top = flexure_frequency(f);
-    decays = decays && f.links.time_constant * top > 2.0;
+    // Pieces that stretch do so faster than they bend: of the chain the fastest counts.
+    const bool fastest_of_chain = std::none_of(f.parts.begin(), f.parts.end(), [&](int part) {
+      const FlexibleBody& piece = system.model.parts[part].body;
+      return piece.n > 0 && (piece.Ke.diagonal().array() / piece.Me.diagonal().array()).maxCoeff() > top * top;
+    });
+    if (fastest_of_chain) decays = decays && f.links.time_constant * top > 2.0;
     if (decays) radians = std::max(radians, most_radians(top, f.links.time_constant, duration));
     fastest = std::max(fastest, top * top);
   }

@@ -89,6 +89,13 @@ TEST(MethodChoice, DampedLoopsGoByBackwardDifferences) {
   EXPECT_EQ(chosen(tree), Method::dirk);
 }
 
+// Of links that stretch and bend the stretching is the fastest and decays; that their bending does not is no matter.
+TEST(MethodChoice, LinksThatStretchGoByBackwardDifferences) {
+  const std::string links = "model = \"lumped\"\nelements = 6\ndamping = { stiffness = 2e-5 }\neffects = [\"bending_xy\"";
+  EXPECT_EQ(chosen(slider_crank(links + ", \"axial\"]\n", driven)), Method::bdf);
+  EXPECT_EQ(chosen(slider_crank(links + "]\n", driven)), Method::dirk);
+}
+
 TEST(MethodChoice, FewRatesOnMotionsAndInLoopsAreFollowed) {
   EXPECT_EQ(chosen(slider_crank(few, driven)), Method::exponential);
   EXPECT_EQ(chosen(slider_crank(few, let_go)), Method::exponential);
