@@ -1,6 +1,7 @@
 // Mass integrals, second-order loads, stresses. See fe_integrals.h.
 #include "sim/reduce/fe_integrals.h"
 
+#include "sim/base/spatial.h"
 #include "sim/reduce/dense_products.h"
 #include "sim/reduce/fe_elements.h"
 #include "sim/reduce/fe_turning_mass.h"
