@@ -6,6 +6,7 @@ BUILD has the generated headers. Ends with 1 where a source has an error or a wa
 import concurrent.futures
 import os
 import pathlib
+import re
 import subprocess
 import sys
 
@@ -16,6 +17,8 @@ SYSTEM = ["/usr/include/eigen3", "/usr/include/hdf5/serial"]
 
 def compiled(source, build):
     words = [*WORDS, f"-I{build / 'include'}", *(word for folder in SYSTEM for word in ("-isystem", folder))]
+    # Names of files that the build fills in.
+    words += [f'-D{name}=""' for name in sorted(set(re.findall(r"\bFLEXFRAME_\w+_(?:FILE|DIR)\b", source.read_text(encoding="utf-8"))))]
     done = subprocess.run(["g++", *words, source], capture_output=True, text=True)
     return source, done.returncode, done.stderr
 
