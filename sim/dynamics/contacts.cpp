@@ -359,8 +359,8 @@ bool barely_slides(const Model& model, const Work& work, int contact) {
   return has_friction(model, contact) && c.slip == ContactSlip::slips && c.slide.norm() <= contact_at_rest * fastest(work);
 }
 
-double pass_contacts(const Model& model, Work& work, const std::vector<bool>& ended, std::vector<int>& resting,
-                     std::vector<std::string>& changes) {
+double pass_contacts(const Model& model, Work& work, const std::vector<bool>& ended, const std::vector<bool>& at_rest,
+                     std::vector<int>& resting, std::vector<std::string>& changes) {
   double released = 0.0;
   work.signals.fastest = fastest(work);
   for (size_t k = 0; k < model.contacts.size(); ++k) {
@@ -399,7 +399,7 @@ double pass_contacts(const Model& model, Work& work, const std::vector<bool>& en
       const bool back = c.slide.dot(c.friction) > 0.0;
       z = force > 0.0 && !back ? Vec3(-c.friction / force) : Vec3(c.slide.normalized());
       changes.push_back(fmt::format("{} slides", contact_name(model, at)));
-    } else if (c.slide.norm() > contact_at_rest * fastest(work)) {
+    } else if (!at_rest[k]) {
       z = c.slide.normalized();  // it has only turned
     } else {
       c.slip = ContactSlip::sticks;

@@ -51,10 +51,11 @@ double contact_power(const Model& model, const SignalWork& signals);
 void contact_margins(const Model& model, const Work& work, double* margin);
 void contact_roundings(const Model& model, const Work& work, std::vector<double>& rounding);
 // The pieces that hold where a run begins; those after the margins that ended (three a contact), with a sentence for what touches anew.
-// Returns the energy that friction lets go, J. A change shows in the next visit. resting: those that have come to rest.
+// Returns the energy that friction lets go, J. A change shows in the next visit. at_rest: contacts that barely slide where their margins
+// came to zero; resting: those that have come to rest.
 void begin_contacts(const Model& model, Work& work);
-double pass_contacts(const Model& model, Work& work, const std::vector<bool>& ended, std::vector<int>& resting,
-                     std::vector<std::string>& changes);
+double pass_contacts(const Model& model, Work& work, const std::vector<bool>& ended, const std::vector<bool>& at_rest,
+                     std::vector<int>& resting, std::vector<std::string>& changes);
 // Whether nothing that touches is struck or springs back, faster than a tenth of the speed of a vibration as deep as weight presses.
 bool all_settled(const Model& model, const Work& work);
 // Whether a contact slides so slowly that it counts as at rest.

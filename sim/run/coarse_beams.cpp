@@ -26,6 +26,7 @@ struct Swing {
   bool about = false;                             // it: a twist
   double jerk = 0.0;                              // m/s^3 (rad/s^3), amplitude of the third derivative
   double step = 0.0;                              // s, between samples
+  double share = 1.0;                             // of the range, what goes to and fro so: no more is lost with its phase
 };
 
 // sqrt(2) times the root of the mean square, from central differences.
@@ -285,8 +286,10 @@ double moved_share(const std::string& unit, const Swing& swing, const BeamDef& b
     if (unit == "N m") return std::min(1.0, torque / range);
     if (unit == "Pa") return std::min(1.0, std::sqrt(3.0 * s.area / std::numbers::pi) * torque / s.j / range);
     if (!unit.starts_with("rad")) return 0.0;
+    size = std::min(size, swing.share * swing.range);
   } else {
     if (unit.starts_with("N") || unit == "Pa") return error / swing.range;
+    size = std::min(size, swing.share * swing.range);
     if (unit.starts_with("rad")) size /= beam.length;
     else if (!unit.starts_with("m")) return 0.0;
   }
@@ -387,6 +390,7 @@ std::vector<size_t> beams_between_samples(const Scene& scene, const Model& model
     if (!unseen) continue;
     swing.cycles = std::max(swing.cycles, unseen->share * unseen->radians / (2.0 * std::numbers::pi));
     swing.omega = std::max(swing.omega, unseen->radians / duration);
+    swing.share = unseen->share;
     if (worst().share > asked) out.push_back(b);
   }
   return out;

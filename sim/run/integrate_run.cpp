@@ -584,6 +584,8 @@ void MotionRun::repeat_to_event(double now) {
 }
 
 void MotionRun::pass_event(double now) {
+  // What comes to rest does so between the ends of its step; the repeated one leaves it a speed of its own error.
+  const VecX seen = y;
   repeat_to_event(now);
   // Phases that follow one another without any time in between, and for ever, or with as good as none.
   at_once = now - last_event > 1e-13 * now ? 0 : at_once + 1;
@@ -597,7 +599,7 @@ void MotionRun::pass_event(double now) {
     throw SimulationError(fmt::format("the integration stopped at t = {:.9g} s: {}", now, unsettled_phases(system, watch.directions())));
   const std::vector<Partition> before = partitions();
   double released = 0.0;
-  pass_events(system, now, y, watch.directions(), changes, released);
+  pass_events(system, now, seen, y, watch.directions(), changes, released);
   if (system.quadrature) y[y.size() - 1] += released;
   y = repack_state(system, y, before);
   system.weights.update(system, y);

@@ -634,7 +634,7 @@ double lag(const VecX& times, const Eigen::Ref<const VecX>& q, double omega) {
 
 }  // namespace
 
-LeftOut::Drift LeftOut::drift(const Item& item, const Results& results, Unseen& known) const {
+LeftOut::Drifts LeftOut::drifts(const Item& item, const Results& results, Unseen& known) const {
   double left_out = 0.0, stored = 0.0, mean = 0.0, squares = 0.0;
   size_t top = 0;
   const bool second_order = item.effect == "stiffening" || item.effect == "gyroscopic";
@@ -644,7 +644,7 @@ LeftOut::Drift LeftOut::drift(const Item& item, const Results& results, Unseen& 
     mean += item.pull[k], squares += item.pull[k] * item.pull[k];
     if (strain_[k] > strain_[top]) top = k;
   }
-  Drift out;
+  Drifts out;
   if (!(stored > 0.0)) return out;
   // Shear and what is of second order go with bending; what else is left out slows a vibration down as far as its section forces change and
   // come from it. A hundred looks at random leave a tenth at most.
@@ -654,7 +654,6 @@ LeftOut::Drift LeftOut::drift(const Item& item, const Results& results, Unseen& 
   const double omega = bent_mass_[top] > 0.0 ? std::sqrt(2.0 * strain_[top] / bent_mass_[top]) : 0.0, least = 0.4 * omega * duration;
   // Vibrations that die away are gone before they are farther out of phase.
   const double lasting = lasting_phase();
-  double largest = 0.0;
   std::vector<double> bent(times_.size(), 0.0);
   for (size_t b = 0; b < results.bodies.size(); ++b) {
     const ResultBody& body = results.bodies[b];
@@ -677,13 +676,20 @@ LeftOut::Drift LeftOut::drift(const Item& item, const Results& results, Unseen& 
     // goes through more than they show.
     if (!known.contains(b)) known[b] = unseen_swing(model_, static_cast<int>(b), results);
     const std::optional<UnseenSwing>& unseen = known[b];
-    const double lost = std::max({passed < least ? 0.0 : 0.5 * std::min(passed, lasting), 2.0 * lag(results.times, column, omega) / range,
-                                  unseen ? 0.5 * unseen->share * std::min(unseen->radians, lasting) : 0.0});
-    const double first = changing * together * left_out / stored * lost;
-    const double here = std::min(1.0, first * (struck_ && item.effect == "shear" ? with_higher_forms(item, first) : 1.0));
-    if (here * range <= largest) continue;
-    largest = here * range;
-    out = {here, range, duration > 0.0 ? std::max(passed / duration, omega) : 0.0};
+    const double lost = std::max(passed < least ? 0.0 : 0.5 * std::min(passed, lasting), 2.0 * lag(results.times, column, omega) / range),
+                 slowed = changing * together * left_out / stored, frequency = duration > 0.0 ? std::max(passed / duration, omega) : 0.0;
+    const bool higher = struck_ && item.effect == "shear";
+    const auto with_forms = [&](double first) { return std::min(1.0, first * (higher ? with_higher_forms(item, first) : 1.0)); };
+    const double seen = with_forms(slowed * lost),
+                 beyond = unseen ? with_forms(slowed * 0.5 * unseen->share * std::min(unseen->radians, lasting)) : 0.0;
+    for (size_t order = 0; order < out.size(); ++order) {
+      // Out of phase altogether, a vibration moves places by its share of the swing and no more, rates and accelerations by what its own
+      // frequency makes of that: implicit steps leave fast ones behind that are nothing but 1e-4 of a swing through 1e5 radians.
+      const double most_unseen =
+          unseen && frequency > 0.0 ? 2.0 * unseen->share * std::pow(unseen->radians / duration / frequency, static_cast<double>(order)) : 1.0;
+      const double here = std::max(seen, std::min(beyond, most_unseen));
+      if (here * range > out[order].phase * out[order].deflection) out[order] = {here, range, frequency};
+    }
   }
   return out;
 }
@@ -710,19 +716,22 @@ double LeftOut::with_higher_forms(const Item& item, double phase) const {
   return most;
 }
 
-double LeftOut::out_of_phase(const Drift& drift, const Column& column, const std::string& unit, double range) const {
+double LeftOut::out_of_phase(const Drifts& drifts, const Column& column, const std::string& unit, double range) const {
   // The sum of all energies knows no phase; of strain and motion half of what the deformation stores goes from one to the other.
   if (column.quantity == Quantity::energy && column.body < 0) return 0.0;
-  if (unit == "J") return std::min(0.5, 0.5 * *std::max_element(strain_.begin(), strain_.end()) / range);
-  const bool angle = unit.starts_with("rad");
-  // Forces and coordinates follow the vibration itself.
-  if (!angle && !unit.starts_with("m")) return 0.5;
+  const bool angle = unit.starts_with("rad"), moves = angle || unit.starts_with("m");
+  if (!moves) {
+    // Forces and coordinates follow the vibration itself.
+    const double share = unit == "J" ? std::min(0.5, 0.5 * *std::max_element(strain_.begin(), strain_.end()) / range) : 0.5;
+    return drifts.back().phase * share;
+  }
   double length = 1.0;
   if (angle) {
     length = std::numeric_limits<double>::infinity();
     for (const CutBeam& beam : sections_.beams()) length = std::min(length, beam_of(scene_, beam.body).length);
   }
-  return std::min(1.0, 0.5 * drift.deflection / length * std::pow(drift.frequency, column.order) / range);
+  const Drift& drift = drifts[std::min(static_cast<size_t>(column.order), drifts.size() - 1)];
+  return drift.phase * std::min(1.0, 0.5 * drift.deflection / length * std::pow(drift.frequency, column.order) / range);
 }
 
 bool LeftOut::has_unjudged_forces() const {
@@ -830,7 +839,7 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
     found.effect = item.effect;
     found.possible = item.possible;
     for (const int b : item.bodies) found.owners.push_back(scene_.bodies[b].name);
-    const Drift lost = drift(item, results, unseen);
+    const Drifts lost = drifts(item, results, unseen);
     const VecX slower = slowed_vibrations(i, results.times[results.times.size() - 1] - results.times[0]);
     const Response pulled = response(item, item.pull, from_rest);
     std::vector<double> error(columns_.size(), 0.0);
@@ -865,7 +874,7 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
                            : run.units[c].starts_with("rad") ? 1e-12
                                                              : 0.0;
       if (!sized(c) && range <= std::max((kinematic ? still : 1e-6) * std::max(largest[run.units[c]], most), floor)) continue;
-      const double drifted = known > 0.0 ? std::max(lost.phase * out_of_phase(lost, columns_[c], run.units[c], range),
+      const double drifted = known > 0.0 ? std::max(out_of_phase(lost, columns_[c], run.units[c], range),
                                                     std::min(1.0, slower[static_cast<Eigen::Index>(c)] / range))
                                          : 0.0;
       const double share = error[c] / range + drifted;

@@ -141,15 +141,17 @@ class LeftOut {
   struct Drift {
     double phase = 0.0, deflection = 0.0, frequency = 0.0;
   };
+  // As places see it, rates, and accelerations and forces: the faster a vibration, the more of them is its own.
+  using Drifts = std::array<Drift, 3>;
   // The phase, rad, in which the least damped vibration that was looked at falls to 1/e.
   double lasting_phase() const;
   // What samples do not show of bodies' deformations, by their index: the same for every item, made for those that are asked for.
   using Unseen = std::map<size_t, std::optional<UnseenSwing>>;
-  Drift drift(const Item& item, const Results& results, Unseen& unseen) const;
+  Drifts drifts(const Item& item, const Results& results, Unseen& unseen) const;
   // By how much more all vibrations of a struck beam are moved by shear than the first one, which loses so much phase.
   double with_higher_forms(const Item& item, double phase) const;
-  // Share of its range by which a column of the outputs is moved when that vibration is out of phase.
-  double out_of_phase(const Drift& drift, const Column& column, const std::string& unit, double range) const;
+  // Share of its range by which a column of the outputs is moved by that.
+  double out_of_phase(const Drifts& drifts, const Column& column, const std::string& unit, double range) const;
   // Largest |z|, |z'|, |z''| of a row of `change`, and of z - s relative to the largest |s|.
   struct Response {
     double size = 0.0, rate = 0.0, acceleration = 0.0, over = 0.0;

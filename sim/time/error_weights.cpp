@@ -135,9 +135,11 @@ void ErrorWeights::update(const System& system, const VecX& y) {
   if (model.nz > 0) {
     const Eigen::Index first = y.size() - model.nz - (system.quadrature ? 2 : 0);
     for (Eigen::Index k = first; k < first + model.nz; ++k) scale_[k] = std::max({scale_[k], std::abs(y[k]), least_further});
-    // How far surfaces that stick are pulled is small beside the unit vector that stands there while they slide.
-    for (const Contact& c : model.contacts)
-      if (c.z0 >= 0) scale_.segment<3>(first + c.z0).setConstant(pulled_surfaces * model.size);
+    // How far surfaces that stick are pulled, m; while they slide a unit vector stands there that does not change.
+    for (size_t k = 0; k < model.contacts.size(); ++k)
+      if (const int z0 = model.contacts[k].z0; z0 >= 0)
+        scale_.segment<3>(first + z0).setConstant(
+            system.work.signals.contacts[k].slip == ContactSlip::slips ? 1.0 : pulled_surfaces * model.size);
   }
   if (system.quadrature) raise_work(system, y);
   follow_ranges(y);

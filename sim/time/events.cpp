@@ -26,16 +26,17 @@ void read_state(System& s) {
 double coordinate(const System& s, int part) { return s.work.q[s.model.parts[part].q0]; }
 double rate(const System& s, int part) { return s.work.w[s.model.parts[part].v0]; }
 
-// Switches of expressions and contacts, whose margins begin at `at`. resting: contacts that have come to rest.
-bool pass_state_events(System& s, size_t at, const std::vector<int>& directions, std::vector<int>& resting,
-                       std::vector<std::string>& changes, double& released) {
+// Switches of expressions and contacts, whose margins begin at `at`. at_rest: contacts that do not slide; resting: those that have come to
+// rest.
+bool pass_state_events(System& s, size_t at, const std::vector<int>& directions, const std::vector<bool>& at_rest,
+                       std::vector<int>& resting, std::vector<std::string>& changes, double& released) {
   std::vector<bool> ended;
   for (size_t k = at; k < directions.size(); ++k) ended.push_back(directions[k] < 0);
   if (std::find(ended.begin(), ended.end(), true) == ended.end()) return false;
   read_state(s);
   const auto contacts = ended.begin() + switch_count(s.model);
   pass_switches(s.model, s.work, {ended.begin(), contacts});
-  released = pass_contacts(s.model, s.work, {contacts, ended.end()}, resting, changes);
+  released = pass_contacts(s.model, s.work, {contacts, ended.end()}, at_rest, resting, changes);
   return true;
 }
 
@@ -320,9 +321,30 @@ void start_phases(System& s, double t, const VecX& y, bool first, std::vector<st
   if (!sticking.empty()) hold_contacts(s, t, sticking, changes);
 }
 
-bool pass_events(System& s, double t, const VecX& y, const std::vector<int>& directions, std::vector<std::string>& changes,
-                 double& released) {
+namespace {
+
+// What slides at (t, y) so slowly that it is at rest: places of joints' friction, contacts.
+struct AtRest {
+  std::vector<bool> joints, contacts;
+};
+
+AtRest find_at_rest(System& s, double t, const VecX& y) {
+  set_state(s, t, y.data(), any_sticks(s.friction));
+  AtRest out;
+  for (const FrictionPoint& p : s.friction.points)
+    out.joints.push_back(p.phase == FrictionPhase::slip && slip_rests(p, s.friction, s.model, s.work));
+  if (s.model.contacts.empty()) return out;
+  read_state(s);
+  for (size_t k = 0; k < s.model.contacts.size(); ++k) out.contacts.push_back(barely_slides(s.model, s.work, static_cast<int>(k)));
+  return out;
+}
+
+}  // namespace
+
+bool pass_events(System& s, double t, const VecX& seen, const VecX& y, const std::vector<int>& directions,
+                 std::vector<std::string>& changes, double& released) {
   released = 0.0;
+  const AtRest at_rest = find_at_rest(s, t, seen);
   set_state(s, t, y.data(), any_sticks(s.friction));
   std::vector<int> resting, contacts;
   bool passed = false, turned = false;
@@ -331,7 +353,7 @@ bool pass_events(System& s, double t, const VecX& y, const std::vector<int>& dir
     passed = true;
     const FrictionPoint& p = s.friction.points[k];
     // A slip that has only turned goes on.
-    if (p.phase == FrictionPhase::slip ? slip_rests(p, s.friction, s.model, s.work) : p.phase != FrictionPhase::stick)
+    if (p.phase == FrictionPhase::slip ? at_rest.joints[k] : p.phase != FrictionPhase::stick)
       resting.push_back(static_cast<int>(k));
     else if (p.phase == FrictionPhase::slip) turned = true;
   }
@@ -349,7 +371,7 @@ bool pass_events(System& s, double t, const VecX& y, const std::vector<int>& dir
       break;
     }
   }
-  if (pass_state_events(s, first + 2 * s.stops.size(), directions, contacts, changes, released)) passed = true;
+  if (pass_state_events(s, first + 2 * s.stops.size(), directions, at_rest.contacts, contacts, changes, released)) passed = true;
   if (!passed) return false;
   if (!s.stops.empty()) renew_dampers(s.model, s.work);
   if (turned) follow_slip(s.model, s.friction, s.work, true);

@@ -30,9 +30,10 @@ void start_phases(System& system, double t, const VecX& y, bool first, std::vect
 
 // Changes the phases whose margin came to zero from above, those with directions[k] < 0 (event_watch.h). False where none did. True:
 // `system` holds the new state, to be packed; its size may have changed.
+// seen: the state in which they were found to end, which tells what has come to rest; y: the same, or nearer to the truth.
 // released: energy that friction of contacts lets go, J.
-bool pass_events(System& system, double t, const VecX& y, const std::vector<int>& directions, std::vector<std::string>& changes,
-                 double& released);
+bool pass_events(System& system, double t, const VecX& seen, const VecX& y, const std::vector<int>& directions,
+                 std::vector<std::string>& changes, double& released);
 
 // Contacts that have come to rest at the state in `system.work`, time t, begin with the friction that leaves their surfaces without
 // acceleration, as far as it may hold, and so do those beside them that barely slide. Returns the energy that their springs begin with, J.

@@ -34,6 +34,7 @@ AT_REST = 1e-7
 
 # What continuous integration runs: rigid and elastic, at rest and in motion, loops, springs, friction, stops, contacts, what has no mass.
 SHORT = ["sprung_bob", "tumbling", "springs_at_rest", "slider_crank", "rubbing_loop", "near_buckling", "rolling", "maxwell", "kept_modes"]
+SHORT += ["landing_box", "bracket_in_space"]
 
 
 class LeftOut(Exception):
