@@ -20,13 +20,13 @@ double cpu_share(const sim::EffectRow& row, const sim::EffectReport& report) {
   return report.cpu > 0.0 ? (row.cpu_on - row.cpu_off) / report.cpu : 0.0;
 }
 
-std::string share_text(const sim::EffectRow& row, const sim::EffectReport& report) {
+std::string share_text(const sim::EffectRow& row) {
   if (!row.state.possible) return "0";
   if (!row.measured) return "not measured";
   // Where the runs differ by the whole range whatever is switched, or a share is more than rounding can be of, there is no number.
-  if (report.floor >= 1.0 || !std::isfinite(row.share)) return "not measurable here";
+  if (row.floor >= 1.0 || !std::isfinite(row.share)) return "not measurable here";
   // At rest time integration has no error.
-  if (row.share <= report.floor) return report.floor > 0.0 ? fmt::format("below {:.1g}", report.floor) : "0";
+  if (row.share <= row.floor) return row.floor > 0.0 ? fmt::format("below {:.1g}", row.floor) : "0";
   return fmt::format("{:.2g} of {}", row.share, row.column);
 }
 
@@ -47,7 +47,7 @@ void print_table(const std::string& scene, const sim::EffectReport& report) {
     const sim::EffectState& s = row.state;
     const std::string cpu = price_text(row, report);
     fmt::print("{:<16} {:<11} {:<4} {:<9} {:>4} {:>7}  {:<28} {}{}{}\n", s.owner, s.effect, s.on ? "on" : "off", s.by, s.coordinates, cpu,
-               share_text(row, report), s.why, row.note.empty() ? "" : "; ", row.note);
+               share_text(row), s.why, row.note.empty() ? "" : "; ", row.note);
   }
   fmt::print(
       "influence: the largest change of an output when the effect is switched, relative to the output's range; CPU: the time that the "
@@ -65,6 +65,7 @@ nlohmann::ordered_json report_json(const std::string& scene, const sim::EffectRe
     if (!s.possible || row.measured) {
       one["share"] = row.share;
       one["column"] = row.column;
+      one["floor"] = row.floor;
       nlohmann::ordered_json shares = nlohmann::ordered_json::object();
       for (size_t k = 0; k < report.columns.size(); ++k) shares[report.columns[k]] = row.shares[static_cast<Eigen::Index>(k)];
       one["shares"] = shares;

@@ -556,7 +556,9 @@ Partition choose_partition(const Model& model, int cluster, Work& work, bool str
               if (!row_used[r]) deformed = std::max(deformed, std::abs(A(r, k)));
           if (largest < least_of_joints * deformed) break;
         }
-        // A sound pivot (a fifth of the largest at least) of the deepest joint.
+        // A sound pivot (a fifth of the largest at least) of the deepest joint. Of alike ones, as both sides of a symmetric frame have, the
+        // first: rounding is not to choose between them.
+        constexpr double alike = 1.0 + 1e-9;
         int best_row = -1, best = -1;
         for (int k : *columns) {
           if (column_used[k]) continue;
@@ -564,7 +566,7 @@ Partition choose_partition(const Model& model, int cluster, Work& work, bool str
             if (row_used[r]) continue;
             const double a = std::abs(A(r, k));
             if (a <= floor || a < (strict ? 1.0 : 0.2) * largest) continue;
-            if (best < 0 || preference[k] > preference[best] || (preference[k] == preference[best] && a > std::abs(A(best_row, best))))
+            if (best < 0 || preference[k] > preference[best] || (preference[k] == preference[best] && a > alike * std::abs(A(best_row, best))))
               best_row = r, best = k;
           }
         }

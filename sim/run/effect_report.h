@@ -2,7 +2,8 @@
 // without it.
 //
 // A share is the largest difference of an output between the two runs, relative to the output's range (histories.h): phases count. Pairs of
-// runs are thinned and loose; what they cannot tell from their own error of time integration is reported as below `floor`.
+// runs are thinned and loose, and made again at a tighter tolerance where the run without the effect (or with it) is off by a good part of the
+// share itself; what they cannot tell from their own error of time integration is reported as below `floor`.
 #pragma once
 
 #include "sim/model/effects.h"
@@ -33,6 +34,7 @@ struct EffectRow {
   double share = 0.0;                  // of the output it changes most; 0 where the effect cannot occur
   std::string column;                  // that output
   VecX shares;                         // per column of the report
+  double floor = 0.0;                  // error of time integration of the last pair: a smaller share is not to be trusted
   double cpu_on = 0.0, cpu_off = 0.0;  // s, of the pair
   std::string note;                    // why there is no number
 };
@@ -41,7 +43,7 @@ struct EffectReport {
   std::vector<std::string> columns;
   std::vector<EffectRow> rows;
   double tolerance = 0.0;  // of the pairs
-  double floor = 0.0;      // error of their time integration: smaller shares are not to be trusted
+  double floor = 0.0;      // error of time integration of the scene as it stands
   double cpu = 0.0;        // s, of the scene as it stands
 };
 
