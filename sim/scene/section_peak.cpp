@@ -34,7 +34,7 @@ SectionPeak::SectionPeak(const Section& section, double poisson) {
     return;
   }
   add(section, poisson, Eigen::Vector2d::Zero());
-  if (section.shape == "circle" || section.shape == "tube") add_rings(section, poisson);
+  if (is_round(section)) add_rings(section, poisson);
   else if (section.shape == "rectangle") add_grid(section, poisson);
   else add_walls(section, poisson);
 }

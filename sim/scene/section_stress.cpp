@@ -193,8 +193,6 @@ Eigen::Matrix2d round_shear(const Section& section, double y, double z, double p
   return -out / (8.0 * (1.0 + poisson));
 }
 
-bool is_round(const Section& section) { return section.shape == "circle" || section.shape == "tube"; }
-
 // Corners and sides of the polygon that draws a rim lie beside it: on the rim itself.
 Eigen::Vector2d on_rim(const Section& section, const Eigen::Vector2d& p) {
   constexpr double rounding = 1e-6;  // of meshes in single precision
@@ -207,6 +205,8 @@ Eigen::Vector2d on_rim(const Section& section, const Eigen::Vector2d& p) {
 }
 
 }  // namespace
+
+bool is_round(const Section& section) { return section.shape == "circle" || section.shape == "tube"; }
 
 SectionRadii section_radii(const Section& section) {
   return {radius_of(section.outline.front()), section.outline.size() > 1 ? radius_of(section.outline[1]) : 0.0};

@@ -44,7 +44,8 @@ SectionPoint turned(const SectionPoint& point, double angle);
 struct SectionRadii {
   double outer = 0.0, inner = 0.0;
 };
-// Of a circle or a tube, whose outline is a polygon of the same area.
+// A circle or a tube, whose outline is a polygon of the same area.
+bool is_round(const Section& section);
 SectionRadii section_radii(const Section& section);
 // Von Mises stress, Pa. bend_rates: v''' and w''', 1/m^2.
 double section_von_mises(const SectionStrains& strains, const Eigen::Vector2d& bend_rates, double youngs_modulus, double shear_modulus,
