@@ -12,9 +12,6 @@ namespace {
 
 using Vec2 = Eigen::Vector2d;
 
-// As in fe_shells.cpp: fraction of the shear modulus that ties the rotation about the normal to the surface's own.
-constexpr double drilling_share = 1e-3;
-
 struct PlaneRule {
   std::vector<Vec2> points;
   std::vector<double> weights;
@@ -198,7 +195,9 @@ void curved_shell_matrices(FeShape shape, const Mat3X& X, const FeLawAt& law_at,
   K.setZero(6 * n, 6 * n);
   M.setZero(6 * n, 6 * n);
   const double g = 1.0 / std::sqrt(3.0);
+  double square = 0.0;  // of its size
   for (const FeShellPoint& p : shell_points(shape, X, id)) {
+    square += n == 6 ? 2.0 * p.area : p.area;
     const FeShellLaw law = law_at(p.axes, p.N);
     for (const FePly& ply : law.plies)
       for (const double side : {-g, g}) {
@@ -215,7 +214,7 @@ void curved_shell_matrices(FeShape shape, const Mat3X& X, const FeLawAt& law_at,
     const FeShellPoint p = surface_point(shape, X, rule.points[k], rule.weights[k], id);
     const FeShellLaw law = law_at(p.axes, p.N);
     // At all these points: with fewer there are rotations about the normal that none of them sees.
-    add_drilling(p, drilling_share * law.twist * p.area, K);
+    add_drilling(p, drilling_share(law, square) * law.twist * p.area, K);
     Mat3 lever;
     const Vec3 normal = law.m1 * p.axes.col(2);
     // As in flat shells, turning about the normal moves no mass.
@@ -251,8 +250,8 @@ MatX curved_shell_nodal_stress(FeShape shape, const Mat3X& X, const FeLawAt& law
   for (size_t k = 0; k < points.size(); ++k) {
     const Eigen::Index col = static_cast<Eigen::Index>(k);
     const FeShellLaw law = law_at(points[k].axes, points[k].N);
-    const FePly& face = other_face ? law.plies.front() : law.plies.back();
-    const Vec3 plane = face.membrane * (solid_point(points[k], X, normals, other_face ? face.lower : face.upper).B.topRows(3) * motions);
+    const FeFace& face = other_face ? law.lower : law.upper;
+    const Vec3 plane = face.membrane * (solid_point(points[k], X, normals, face.height).B.topRows(3) * motions);
     Mat3 S = Mat3::Zero();
     S(0, 0) = plane(0);
     S(1, 1) = plane(1);

@@ -62,6 +62,10 @@ Mat3 shell_axes(FeShape shape, const Mat3X& X, int id, double& area);
 // translation mass per node, its rotary inertia, and what couples both where the mass lies beside the nodes.
 void shell_matrices(FeShape shape, const Mat3X& X, const FeShellLaw& law, int id, MatX& K, MatX& M);
 
+// Share of the membrane's shear stiffness that ties a shell's turning about its normal to its surface's own; square: of the element's size,
+// m^2, the area of a quadrangle and twice that of a triangle.
+double drilling_share(const FeShellLaw& law, double square);
+
 // Stress at the element's nodes on the face that the normal points to, or the other one, 6 x n in space axes, from nodal motions (6 x n: ux
 // uy uz rx ry rz): membrane and bending. Quadrangles: Gauss points, extrapolated bilinearly; triangles: at the corners.
 MatX shell_nodal_stress(FeShape shape, const Mat3X& X, const FeShellLaw& law, const MatX& u, int id, bool other_face = false);

@@ -254,8 +254,9 @@ void check_model(const FeModel& model) {
       for (const FeLayer& l : model.layups[e.section].layers) used[l.material] = spread[l.material] = true;
       continue;
     }
-    if (fe_is_shell(e.shape) && e.section >= 0 && model.layups[e.section].bending_material >= 0)
-      used[model.layups[e.section].bending_material] = true;
+    if (fe_is_shell(e.shape) && e.section >= 0)
+      for (const int m : {model.layups[e.section].bending_material, model.layups[e.section].shear_material})
+        if (m >= 0) used[m] = true;
     if (e.material >= 0) {
       used[e.material] = true;
       spread[e.material] = spread[e.material] || e.shape != FeShape::beam2;

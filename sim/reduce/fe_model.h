@@ -62,7 +62,10 @@ struct FeLayup {
   double offset = 0.0;          // of the nodes from the middle, along the normal, in thicknesses
   double bending = 1.0;         // of one layer: its bending stiffness by that of a solid plate; 0: a membrane
   int bending_material = -1;    // of one layer: the material that bends, -1: its own
+  int shear_material = -1;      // of one layer: the material of its transverse shear, -1: its own
   double shear = 1.0;           // its stiffness against transverse shear by that of a solid plate
+  // Of one layer: heights above its middle where stress is told, m; nullopt: its own faces.
+  std::optional<double> lower_face = std::nullopt, upper_face = std::nullopt;
   bool operator==(const FeLayup&) const = default;
 };
 

@@ -162,8 +162,9 @@ void NastranReader::allow_massless() {
     if (!fe_is_shell(e.shape) || e.section < 0) continue;
     const FeLayup& layup = model.layups[e.section];
     for (const FeLayer& l : layup.layers) used[l.material] = true;
-    // What only bends gives no mass.
-    if (layup.bending_material >= 0) model.materials[layup.bending_material].massless = true;
+    // What only bends or shears gives no mass.
+    for (const int m : {layup.bending_material, layup.shear_material})
+      if (m >= 0) model.materials[m].massless = true;
   }
   for (size_t i = 0; i < used.size(); ++i) mass = mass || (used[i] && model.materials[i].density > 0.0);
   for (size_t i = 0; i < used.size() && mass; ++i) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <tuple>
 
 namespace flexframe::sim {
 
@@ -137,9 +138,18 @@ void NastranReader::finish_shell(const NastranCard& c, const NastranCard& p, int
     e.thickness = thickness_of(c, e.shape, deck.real(p, 2) * units.length);
     if (deck.blank(p, 1)) deck.fail(p, "without MID1 the shell has no membrane stiffness; give MID1 = MID2");
     if (!deck.blank(p, 10)) deck.fail(p, "MID4 (bending that couples with stretching) cannot be read; use PCOMP");
+    for (size_t k = 11; k < p.fields.size(); ++k)
+      if (!deck.blank(p, k))
+        deck.fail(p, "what stands behind MID4 cannot be read; give angles and offsets (THETA, MCID, ZOFFS) with the elements");
     FeLayup layup;
     layup.bending = deck.blank(p, 3) ? 0.0 : deck.real(p, 4, 1.0);
-    layup.shear = deck.blank(p, 3) ? 0.0 : shear_share(p);
+    layup.shear = 0.0;
+    if (!deck.blank(p, 3)) {
+      if (deck.integer(p, 3) == -1) deck.fail(p, "MID2 = -1 (plane strain) cannot be read; a blank one is a membrane");
+      if (!(layup.bending > 0.0)) deck.fail(p, fmt::format("12 I / T^3 must be > 0, found {:g}; blank: 1", layup.bending));
+      set_shear(p, layup);
+      set_faces(p, layup);
+    }
     if (!deck.blank(p, 3) && deck.integer(p, 3) != deck.integer(p, 1)) layup.bending_material = material(p, 3);
     const bool plate = layup.bending == 1.0 && layup.bending_material < 0;
     if (!plate && (e.shape == FeShape::quadrangle8 || e.shape == FeShape::triangle6))
@@ -148,8 +158,9 @@ void NastranReader::finish_shell(const NastranCard& c, const NastranCard& p, int
     if (offset != 0.0 && e.thickness > 0.0) layup.offset = -offset / e.thickness;
     const bool same_shear = std::abs(layup.shear - 1.0) < 1e-3;  // 0.833333 is 5/6
     if (same_shear) layup.shear = 1.0;
-    if (!plate || !same_shear || layup.offset != 0.0) e.section = find_layup(layup);
-    const bool turned = layup.bending_material >= 0 && model.materials[layup.bending_material].elasticity;
+    if (layup != FeLayup()) e.section = find_layup(layup);
+    const auto has_axes = [&](int m) { return m >= 0 && model.materials[m].elasticity.has_value(); };
+    const bool turned = has_axes(layup.bending_material) || has_axes(layup.shear_material);
     if (!model.materials[e.material].elasticity && !turned) return;
   } else {
     e.section = composite(p, offset, e.thickness);
@@ -175,20 +186,64 @@ void NastranReader::finish_shell(const NastranCard& c, const NastranCard& p, int
 }
 
 // Stiffness against transverse shear (MID3, TS/T) by that of a solid plate of MID1. Without MID3 there is no such strain.
-double NastranReader::shear_share(const NastranCard& p) {
+void NastranReader::set_shear(const NastranCard& p, FeLayup& layup) {
   constexpr double rigid = 1e3;
   if (deck.blank(p, 5)) {
     add_once(model.notes, fmt::format("{}: PSHELL without MID3 is rigid against transverse shear, as Nastran has it; MID3 = MID1 gives a "
                                       "thick plate its own",
                                       deck.where(p)));
-    return rigid;
+    layup.shear = rigid;
+    return;
   }
-  const double share = deck.real(p, 6, 5.0 / 6.0) / (5.0 / 6.0);
-  if (deck.integer(p, 5) == deck.integer(p, 1)) return share;
-  const FeMaterial &own = model.materials[material(p, 1)], &shears = model.materials[material(p, 5)];
-  if (own.elasticity || shears.elasticity) deck.fail(p, "MID3 other than MID1 can be read of MAT1 alone; use PCOMP");
-  const double G = shears.shear_modulus > 0.0 ? shears.shear_modulus : shears.youngs_modulus / (2 * (1 + shears.poisson));
-  return share * G * 2 * (1 + own.poisson) / own.youngs_modulus;
+  layup.shear = deck.real(p, 6, 5.0 / 6.0) / (5.0 / 6.0);
+  if (!(layup.shear > 0.0)) deck.fail(p, fmt::format("TS/T must be > 0, found {:g}; blank: 0.833333", deck.real(p, 6)));
+  const int id = deck.integer(p, 5);
+  const FeMaterial own = model.materials[material(p, 1)], shears = model.materials[material(p, 5)];
+  const bool resultants = materials.at(id)->name == "MAT2";
+  if (resultants && (*shears.elasticity)(3, 3) != 0.0) {
+    add_once(
+        model.warnings,
+        fmt::format("{}: PSHELL: its MID3 is a MAT2 with G33, which has G33 for transverse shear both ways here; Nastran has G11, G12, "
+                    "G22 and wants G13, G23, G33 blank: give such a MAT2, a MAT1 or a MAT8",
+                    deck.where(p)));
+    if (id != deck.integer(p, 1)) layup.shear_material = material(p, 5);
+  } else if (resultants || (id != deck.integer(p, 1) && (own.elasticity || shears.elasticity))) {
+    layup.shear_material = shear_material(id, shears);
+  } else if (id != deck.integer(p, 1)) {
+    const double G = shears.shear_modulus > 0.0 ? shears.shear_modulus : shears.youngs_modulus / (2 * (1 + shears.poisson));
+    layup.shear *= G * 2 * (1 + own.poisson) / own.youngs_modulus;
+  }
+}
+
+// A material that shears across shells alone as MID3 does: MAT1 by its G, MAT2 by G11, G12 and G22 for xz and yz.
+int NastranReader::shear_material(int id, const FeMaterial& given) {
+  FeMaterial made = given;
+  if (materials.at(id)->name == "MAT2") {
+    const Mat6& C = *given.elasticity;
+    Mat6 turned = C(0, 0) * Mat6::Identity();
+    turned(5, 5) = C(0, 0);
+    turned(4, 4) = C(1, 1);
+    turned(4, 5) = turned(5, 4) = C(0, 1);
+    made.elasticity = turned;
+  } else if (!given.elasticity) {
+    made.youngs_modulus = given.shear_modulus > 0.0 ? 2.0 * given.shear_modulus : given.youngs_modulus / (1 + given.poisson);
+    made.poisson = 0.0;
+  } else {
+    return material_at.at(id);
+  }
+  if (const auto known = shear_materials.find(id); known != shear_materials.end()) return known->second;
+  model.materials.push_back(made);
+  return shear_materials[id] = static_cast<int>(model.materials.size()) - 1;
+}
+
+// Heights of stress (Z1, Z2) where they are not the faces of T.
+void NastranReader::set_faces(const NastranCard& p, FeLayup& layup) {
+  const double half = 0.5 * deck.real(p, 2) * units.length;
+  for (const auto& [field, face, own] : {std::tuple(8, &layup.lower_face, -half), std::tuple(9, &layup.upper_face, half)}) {
+    if (deck.blank(p, field)) continue;
+    const double height = deck.real(p, field) * units.length;
+    if (std::abs(height - own) > 1e-3 * half) *face = height;
+  }
 }
 
 double NastranReader::thickness_of(const NastranCard& c, FeShape shape, double otherwise) {

@@ -87,7 +87,7 @@ class NastranReader {
   std::map<int, std::set<int>> unions;                   // SPCADD, MPCADD
   std::unordered_map<int, int> node_at;
   std::map<int, int> displacement;  // node -> coordinates of its motions
-  std::map<int, int> material_at, shell_layup;
+  std::map<int, int> material_at, shell_layup, shear_materials;
   std::map<int, std::pair<const NastranCard*, size_t>> springs, scalar_masses;  // PELAS, PMASS: card and field of the number
   std::set<int> element_ids, mass_ids;
   std::vector<PartialMean> partial_means;                         // RBE3 of some motions
@@ -143,7 +143,9 @@ class NastranReader {
   FeElement& put(const NastranCard& c, FeShape shape, const std::vector<int>& nodes);
   void add_element(const NastranCard& c);
   void finish_shell(const NastranCard& c, const NastranCard& p, int theta, FeElement& e);
-  double shear_share(const NastranCard& p);
+  void set_shear(const NastranCard& p, FeLayup& layup);
+  int shear_material(int id, const FeMaterial& given);
+  void set_faces(const NastranCard& p, FeLayup& layup);
   // The thickness at an element's own grids where it gives some, m; their mean, with a warning where they differ.
   double thickness_of(const NastranCard& c, FeShape shape, double otherwise);
   int find_layup(const FeLayup& layup);

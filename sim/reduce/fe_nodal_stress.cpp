@@ -25,7 +25,8 @@ struct StressPart {
 
 // Layers alike; their axes change from element to element of one curved plate.
 bool same_layers(const FeLayup& a, const FeLayup& b) {
-  return a.offset == b.offset && a.bending == b.bending && a.bending_material == b.bending_material &&
+  return a.offset == b.offset && a.bending == b.bending && a.bending_material == b.bending_material && a.lower_face == b.lower_face &&
+         a.upper_face == b.upper_face &&
          std::equal(a.layers.begin(), a.layers.end(), b.layers.begin(), b.layers.end(), [](const FeLayer& x, const FeLayer& y) {
            return x.material == y.material && x.thickness == y.thickness && x.angle == y.angle;
          });

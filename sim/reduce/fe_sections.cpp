@@ -65,6 +65,9 @@ void sum_up(FeShellLaw& law) {
     law.m1 += square * p.density;
     law.m2 += cube * p.density;
   }
+  const FePly &top = law.plies.back(), &bottom = law.plies.front();
+  law.upper = {top.membrane, top.upper * top.membrane, top.upper};
+  law.lower = {bottom.membrane, bottom.lower * bottom.membrane, bottom.lower};
 }
 
 // Stress that balances what moments' change makes of the stress in the layers, grown from the bottom: at three places of each layer
@@ -126,16 +129,27 @@ void balance_shear(FeShellLaw& law) {
   for (FePly& p : law.plies) p.shear = 6.0 / 5.0 / total * law.S;
 }
 
-// One layer whose bending and shear are not those of a solid plate of its material.
+// One layer whose bending and shear are not those of a solid plate of its material. Its stress from bending is that of what bends, at the
+// heights that are given: faces on a core stand further out than the layer that stretches.
 void change_bending(const FeModel& model, const FeLayup& layup, const FeElement& element, const Mat3& Q, FeShellLaw& law) {
   const FePly& own = law.plies[0];
   const double t = own.upper - own.lower, plate = t * t * t / 12.0;
   Mat3 bends = own.membrane;
-  if (layup.bending_material >= 0) {
+  const auto of_another = [&](int material) {
     const Mat3 axes = ply_axes(element.axes >= 0 ? &model.axes[element.axes] : nullptr, 0.0, Q.col(2));
-    bends = ply(model.materials[layup.bending_material], Q.transpose() * axes).membrane;
-  }
+    return ply(model.materials[material], Q.transpose() * axes);
+  };
+  if (layup.bending_material >= 0) bends = of_another(layup.bending_material).membrane;
   law.D += plate * (layup.bending * bends - own.membrane);
+  const double middle = 0.5 * (own.lower + own.upper);
+  for (FeFace* face : {&law.lower, &law.upper}) {
+    const double height = (face == &law.lower ? layup.lower_face : layup.upper_face).value_or(face->height - middle);
+    *face = {own.membrane, middle * own.membrane + (layup.bending > 0.0 ? height : 0.0) * bends, middle + height};
+  }
+  if (layup.shear_material >= 0) {
+    law.plies[0].shear = law.plies[0].alone = of_another(layup.shear_material).alone;
+    law.S = 5.0 / 6.0 * t * law.plies[0].shear;
+  }
   law.S *= layup.shear;
   law.plies[0].shear *= layup.shear;
   // A membrane has no stiffness against turning, so no inertia either.

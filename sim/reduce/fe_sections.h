@@ -25,9 +25,16 @@ struct FePly {
   Eigen::Matrix2d alone = Eigen::Matrix2d::Zero();  // Pa: the material's own
 };
 
+// Where the stress of a shell is told: `membrane` times the strain of the nodes' surface and `bending` times the curvature.
+struct FeFace {
+  Mat3 membrane = Mat3::Zero(), bending = Mat3::Zero();  // Pa, Pa m: xx yy xy
+  double height = 0.0;                                   // m along the normal, from the nodes
+};
+
 // Resultants of all layers about the nodes' surface.
 struct FeShellLaw {
   std::vector<FePly> plies;
+  FeFace upper, lower;                                        // the one that the normal points to, and the other
   Mat3 A = Mat3::Zero(), B = Mat3::Zero(), D = Mat3::Zero();  // N/m, N, N m
   Eigen::Matrix2d S = Eigen::Matrix2d::Zero();                // N/m, with the correction 5/6
   double twist = 0.0;                   // N/m, shear modulus times thickness: scale of what holds the turning about the normal

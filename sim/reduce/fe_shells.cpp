@@ -13,14 +13,6 @@ namespace {
 
 using Vec2 = Eigen::Vector2d;
 
-// The rotation about the normal is tied to the membrane's by a share of the shear modulus (Hughes and Brezzi 1989): where flat elements
-// meet at an angle, moments that bend or twist one have a part about the other's normal. Of the size of the bending stiffness over an
-// element, (t / h)^2, it leaves a share of the angle's square over twelve of that part unheld; with a thousandth alone a thick strip
-// twisted by 90 degrees was a third too soft, however fine. No more than the whole, and no less than this against rounding, which is enough
-// for triangles: their membrane has no bending for the rotation to follow.
-constexpr double least_drilling = 1e-3;
-double drilling(const FeShellLaw& law, double area) { return std::clamp(12.0 * law.D(2, 2) / (law.A(2, 2) * area), least_drilling, 1.0); }
-
 void quadrangle_functions(const Vec2& q, Eigen::Vector4d& N, Eigen::Matrix<double, 4, 2>& dN) {
   static constexpr double sx[4] = {-1, 1, 1, -1}, sy[4] = {-1, -1, 1, 1};
   for (Eigen::Index i = 0; i < 4; ++i) {
@@ -105,7 +97,7 @@ void quadrangle(const Eigen::Matrix<double, 4, 2>& x, const FeShellLaw& law, int
 
   MatX coupling = MatX::Zero(4, 24);
   Eigen::Matrix4d inner = Eigen::Matrix4d::Zero();
-  const double held = drilling(law, 4.0 * quadrangle_point(x, {0, 0}, id).area) * law.twist;
+  const double held = drilling_share(law, 4.0 * quadrangle_point(x, {0, 0}, id).area) * law.twist;
   for (const Vec2& q : quadrangle_rule()) {
     const QuadranglePoint p = quadrangle_point(x, q, id);
     MatX Bs(2, 24);
@@ -122,20 +114,8 @@ void quadrangle(const Eigen::Matrix<double, 4, 2>& x, const FeShellLaw& law, int
   K -= coupling.transpose() * inner.ldlt().solve(coupling);
 }
 
-// A face of a shell: its stress is `membrane` times the membrane strain and `height` times the curvature.
-struct ShellFace {
-  const Mat3& membrane;
-  double height;
-};
-
-// The face that the normal points to, or the other one.
-ShellFace face_of(const FeShellLaw& law, bool other) {
-  return other ? ShellFace{law.plies.front().membrane, law.plies.front().lower}
-               : ShellFace{law.plies.back().membrane, law.plies.back().upper};
-}
-
 // Stress xx yy xy at the corners on a face, 3 x 4. u: 24 local motions.
-MatX quadrangle_stress(const Eigen::Matrix<double, 4, 2>& x, const FeShellLaw& law, const ShellFace& face, const VecX& u, int id) {
+MatX quadrangle_stress(const Eigen::Matrix<double, 4, 2>& x, const FeShellLaw& law, const FeFace& face, const VecX& u, int id) {
   MatX coupling = MatX::Zero(4, 24), at_points(3, 4);
   Eigen::Matrix4d inner = Eigen::Matrix4d::Zero();
   std::vector<QuadranglePoint> points;
@@ -146,7 +126,7 @@ MatX quadrangle_stress(const Eigen::Matrix<double, 4, 2>& x, const FeShellLaw& l
   }
   const Eigen::Vector4d amplitude = -inner.ldlt().solve(coupling * u);
   for (Eigen::Index k = 0; k < 4; ++k)
-    at_points.col(k) = face.membrane * (points[k].Bm * u + points[k].Bi * amplitude + face.height * points[k].Bb * u);
+    at_points.col(k) = face.membrane * (points[k].Bm * u + points[k].Bi * amplitude) + face.bending * (points[k].Bb * u);
   // The Gauss points are the corners of a smaller parent element.
   MatX out(3, 4);
   for (Eigen::Index i = 0; i < 4; ++i) {
@@ -249,16 +229,18 @@ void triangle(const Eigen::Matrix<double, 3, 2>& p, const FeShellLaw& law, MatX&
       for (Eigen::Index k = 0; k < 3; ++k) B.col(6 * i + 2 + k) = B9.col(3 * i + k);
     return B;
   };
+  // Half of what quadrangles have: the membrane's turn is one over the triangle, and what the rotations differ from it is held too.
+  const double held = drilling_share(law, 2.0 * twice_area) * law.twist;
   // Quadratic integrand: the middles of the edges are exact.
   for (const Vec3& N : {Vec3(0.5, 0.5, 0), Vec3(0, 0.5, 0.5), Vec3(0.5, 0, 0.5)}) {
     const MatX B = spread(bent.curvature(N)), shear = spread(bent.shear(N));
     const MatX mixed = twice_area / 6.0 * Bm.transpose() * law.B * B;
     K += twice_area / 6.0 * (B.transpose() * law.D * B + shear.transpose() * law.S * shear) + mixed + mixed.transpose();
-    add_drilling(D, N, least_drilling * law.twist * twice_area / 6.0, K);
+    add_drilling(D, N, held * twice_area / 6.0, K);
   }
 }
 
-MatX triangle_stress(const Eigen::Matrix<double, 3, 2>& p, const FeShellLaw& law, const ShellFace& face, const VecX& u) {
+MatX triangle_stress(const Eigen::Matrix<double, 3, 2>& p, const FeShellLaw& law, const FeFace& face, const VecX& u) {
   double twice_area = 0.0;
   const MatX D = triangle_gradients(p, twice_area);
   const BentTriangle bent(p, D, law);
@@ -269,7 +251,7 @@ MatX triangle_stress(const Eigen::Matrix<double, 3, 2>& p, const FeShellLaw& law
     bending.segment<3>(3 * i) = u.segment<3>(6 * i + 2);
   }
   MatX out(3, 3);
-  for (Eigen::Index i = 0; i < 3; ++i) out.col(i) = face.membrane * (membrane + face.height * (bent.curvature(Vec3::Unit(i)) * bending));
+  for (Eigen::Index i = 0; i < 3; ++i) out.col(i) = face.membrane * membrane + face.bending * (bent.curvature(Vec3::Unit(i)) * bending);
   return out;
 }
 
@@ -304,6 +286,12 @@ MatX motions_in_plane(const Mat3X& X, const Mat3& Q, const MatX& local) {
 }
 
 }  // namespace
+
+// The rotation about the normal is tied to the membrane's by a share of the shear modulus (Hughes and Brezzi 1989): where elements meet at
+// an angle, moments that bend or twist one have a part about the other's normal. Of the size of the bending stiffness over an element,
+// (t / h)^2, it leaves a share of the angle's square over twelve of that part unheld; with a thousandth alone a thick strip twisted by 90
+// degrees was a third too soft, however fine. No more than the whole, and no less than a thousandth against rounding.
+double drilling_share(const FeShellLaw& law, double square) { return std::clamp(12.0 * law.D(2, 2) / (law.A(2, 2) * square), 1e-3, 1.0); }
 
 Mat3 shell_axes(FeShape shape, const Mat3X& X, int id, double& area) {
   const Vec3 normal = fe_faces(shape)[0].size() == 3 ? Vec3((X.col(1) - X.col(0)).cross(X.col(2) - X.col(0)))
@@ -351,7 +339,7 @@ MatX shell_nodal_stress(FeShape shape, const Mat3X& X, const FeShellLaw& law, co
   const Mat3 Q = shell_axes(shape, X, id, area);
   const MatX local = shell_corners(X, Q);
   const VecX motions = motions_in_plane(X, Q, local) * u.reshaped();
-  const ShellFace face = face_of(law, other_face);
+  const FeFace& face = other_face ? law.lower : law.upper;
   const MatX plane = n == 3 ? triangle_stress(local, law, face, motions) : quadrangle_stress(local, law, face, motions, id);
   MatX out(6, n);
   for (Eigen::Index i = 0; i < n; ++i) {

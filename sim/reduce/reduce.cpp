@@ -553,9 +553,8 @@ class Reducer {
     }
     if (off > told * mass)
       report().warnings.push_back(fmt::format(
-          "shells beside their nodes (OFFSET, ZOFFS, Z0) have the area of the surface of these, as in Abaqus and Nastran; bent as it is, "
-          "their own differs by {:.2g} %, and so do mass and stiffness from those of what they stand for: put the nodes into the middle "
-          "where that counts",
+          "shells beside their nodes (OFFSET, ZOFFS, Z0) have the area of their nodes' surface, which is {:.2g} % off where they are "
+          "curved. Mass and stiffness are off by as much: put the nodes into the middle of the wall",
           100.0 * off / mass));
   }
 

@@ -191,14 +191,16 @@ TEST(FeElements, PatchOfDistortedBricks) {
 // test finite element accuracy, 1985, 5.424e-3 and 1.754e-3 under a unit force along and across the tip; ten times thinner, where a warped
 // element must not stiffen, 48 x 8 S8R have it. The tolerance is what either mesh is off by itself.
 TEST(FeElements, TwistedStripOfShells) {
-  constexpr int along = 24, across = 4;
   struct Case {
     FeShape shape;
     double thickness, in, out, tolerance;
+    int parts;  // of 24 x 4 cells
   };
   for (const Case& c :
-       {Case{FeShape::quadrangle4, 0.32, 5.424e-3, 1.754e-3, 0.015}, Case{FeShape::triangle3, 0.32, 5.424e-3, 1.754e-3, 0.08},
-        Case{FeShape::quadrangle4, 0.032, 5.2897, 1.3011, 0.01}}) {
+       {Case{FeShape::quadrangle4, 0.32, 5.424e-3, 1.754e-3, 0.015, 1}, Case{FeShape::triangle3, 0.32, 5.424e-3, 1.754e-3, 0.08, 1},
+        Case{FeShape::triangle3, 0.32, 5.424e-3, 1.754e-3, 0.03, 2},  // a third too soft while nothing tied them
+        Case{FeShape::quadrangle4, 0.032, 5.2897, 1.3011, 0.01, 1}}) {
+    const int along = 24 * c.parts, across = 4 * c.parts;
     std::vector<Vec3> points;
     std::vector<std::vector<int>> elements;
     for (int i = 0; i <= along; ++i)
