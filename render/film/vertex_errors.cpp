@@ -522,26 +522,23 @@ MapErrors map_errors(const Animation& animation, const sim::Scene* scene, int mo
     for (const int k : most_bent(animation, body, seen_at, most, map_moments)) {
       const PictureViews views(animation, k);
       const SamplePlace place{find_sample(results.times, picture_time(animation, k)).index, 0.0};
-      const double per_metre = body_pixels_per_metre(views, seen_at, place);
-      double largest = 0.0;
+      const glm::dmat4 pose = body_pose(body, place);
       double aslant = 0.0;
-      if (beam) {
-        update_displacement(model, body, place, memory);
-        for (size_t i = 0; i < model.mesh.positions.size(); ++i) {
-          const glm::dvec3& x = model.mesh.positions[i];
-          const sim::Vec3 exact = field.displaced({x.x, x.y, x.z}, place.index);
-          const sim::Vec3 drawn(memory.displacement[3 * i], memory.displacement[3 * i + 1], memory.displacement[3 * i + 2]);
-          largest = std::max(largest, (exact - drawn).norm());
-        }
-        const auto& of = std::get<sim::BeamDef>(def->kind);
-        if (of.axis) aslant = field.sheared(of, std::sqrt(body.section.area / std::numbers::pi), place.index);
-      } else {
-        map_error(doubting, body, place, memory, doubt);
-        for (const float d : doubt) largest = std::max(largest, static_cast<double>(d));
+      update_displacement(model, body, place, memory);
+      if (!beam) map_error(doubting, body, place, memory, doubt);
+      else if (const auto& of = std::get<sim::BeamDef>(def->kind); of.axis)
+        aslant = field.sheared(of, std::sqrt(body.section.area / std::numbers::pi), place.index);
+      for (size_t i = 0; i < model.mesh.positions.size(); ++i) {
+        const glm::dvec3& x = model.mesh.positions[i];
+        const sim::Vec3 drawn(memory.displacement[3 * i], memory.displacement[3 * i + 1], memory.displacement[3 * i + 2]);
+        double off = aslant;
+        if (beam) off += (field.displaced({x.x, x.y, x.z}, place.index) - drawn).norm();
+        else if (i < doubt.size()) off += static_cast<double>(doubt[i]);
+        const glm::dvec3 at = placed(pose, x + scale * glm::dvec3(drawn.x(), drawn.y(), drawn.z()));
+        const double pixels = scale * off * views.pixels_per_metre(at);
+        if (pixels > out.largest.pixels) out.by_shear = aslant > 0.5 * off;
+        out.largest.widen(pixels, scale * off, k, b);
       }
-      largest += aslant;
-      if (scale * largest * per_metre > out.largest.pixels) out.by_shear = aslant > 0.5 * largest;
-      out.largest.widen(scale * largest * per_metre, scale * largest, k, b);
     }
   }
   return out;
