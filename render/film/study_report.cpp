@@ -114,7 +114,7 @@ std::string to_json(const Study& s) {
 constexpr std::size_t page_width = 140;
 
 // A paragraph in lines of the page's width.
-std::string paragraph(std::string_view text) {
+std::string wrapped_paragraph(std::string_view text) {
   std::string out, line;
   while (!text.empty()) {
     const std::size_t end = std::min(text.find(' '), text.size());
@@ -152,7 +152,7 @@ std::string to_markdown(const Study& s) {
   for (const StudyBlock& b : study_blocks(s)) {
     out += '\n';
     if (b.kind == StudyBlock::Kind::heading) out += fmt::format("## {}\n", b.text);
-    if (b.kind == StudyBlock::Kind::text) out += paragraph(b.text);
+    if (b.kind == StudyBlock::Kind::text) out += wrapped_paragraph(b.text);
     if (b.kind == StudyBlock::Kind::command) out += "Made by\n\n" + command_block(b.text);
     if (b.kind == StudyBlock::Kind::diagram) out += fmt::format("![{0}]({0}.svg)\n", b.text);
     if (b.kind != StudyBlock::Kind::table) continue;

@@ -1,5 +1,6 @@
 #include "render/film/vertex_errors.h"
 
+#include "render/film/body_points.h"
 #include "render/film/overlay.h"
 #include "render/frame/layout.h"
 #include "sim/base/spatial.h"
@@ -9,6 +10,7 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <set>
 
 namespace flexframe::film {
 namespace {
@@ -36,27 +38,23 @@ void scaled_vertices(const Animation& animation, const BodyModel& model, double 
     out[i] += scale * glm::dvec3(memory.displacement[3 * i], memory.displacement[3 * i + 1], memory.displacement[3 * i + 2]);
 }
 
-double largest_scale(const Animation& animation, const BodyModel& model) {
-  double out = 1.0;
-  for (const double s : animation.scales) out = std::max(out, s);
-  return model.ghost == GhostStyle::none && !animation.scales.empty() ? std::abs(animation.scales.front()) : out;
-}
+// Points of a body by which it is told how large it is seen.
+constexpr size_t points_seen = 200;
 
-// Where the body is seen largest, of its undeformed vertices, thinned: in the world.
-glm::dvec3 where_seen_largest(const PictureViews& views, const BodyModel& model, const glm::dmat4& pose) {
+// Where the body is seen largest.
+glm::dvec3 where_seen_largest(const PictureViews& views, const BodyPoints& points, const SamplePlace& place) {
+  std::vector<glm::dvec3> at;
+  points.at(place, at);
   glm::dvec3 out(0.0);
   double most = -1.0;
-  const size_t n = model.mesh.positions.size(), step = std::max<size_t>(1, n / 200);
-  for (size_t i = 0; i < n; i += step) {
-    const glm::dvec3 at = placed(pose, model.mesh.positions[i]);
-    if (const double here = views.pixels_per_metre(at); here > most) most = here, out = at;
-  }
+  for (const glm::dvec3& p : at)
+    if (const double here = views.pixels_per_metre(p); here > most) most = here, out = p;
   return out;
 }
 
 // Pixels a metre there.
-double body_pixels_per_metre(const PictureViews& views, const BodyModel& model, const glm::dmat4& pose) {
-  return model.mesh.positions.empty() ? 0.0 : views.pixels_per_metre(where_seen_largest(views, model, pose));
+double body_pixels_per_metre(const PictureViews& views, const BodyPoints& points, const SamplePlace& place) {
+  return points.empty() ? 0.0 : views.pixels_per_metre(where_seen_largest(views, points, place));
 }
 
 // The results' body with the mesh of the animation, so that runs with other nodes are drawn on the same vertices.
@@ -98,11 +96,16 @@ PictureViews::PictureViews(const Animation& animation, int k) {
 
 namespace {
 
-// Whether a point falls into the view's rectangle.
-bool seen(const render::ViewFrame& view, const glm::dvec3& world, glm::dvec2& pixel) {
+// Beside the view by so much of its size a point counts as seen where errors are told: a run that is a little off, or the way to the next
+// point that is looked at, brings it in.
+constexpr double nearly_seen = 0.05;
+
+// Whether a point falls into the view's rectangle, or beside it by a share of its size.
+bool seen(const render::ViewFrame& view, const glm::dvec3& world, glm::dvec2& pixel, double beside = 0.0) {
   if (!render::project(view, world, pixel)) return false;
   const render::PixelRect& a = view.area;
-  return pixel.x >= a.x && pixel.y >= a.y && pixel.x <= a.x + a.width && pixel.y <= a.y + a.height;
+  const double x = beside * a.width, y = beside * a.height;
+  return pixel.x >= a.x - x && pixel.y >= a.y - y && pixel.x <= a.x + a.width + x && pixel.y <= a.y + a.height + y;
 }
 
 }  // namespace
@@ -111,7 +114,7 @@ double PictureViews::pixels_per_metre(const glm::dvec3& world) const {
   double out = 0.0;
   for (const render::ViewFrame& view : views_) {
     glm::dvec2 pixel;
-    if (!seen(view, world, pixel)) continue;
+    if (!seen(view, world, pixel, nearly_seen)) continue;
     const double distance = view.orthographic ? 1.0 : std::max(-(view.view * glm::dvec4(world, 1.0)).z, view.near);
     out = std::max(out, 1.0 / (view.pixel * distance));
   }
@@ -123,7 +126,7 @@ double PictureViews::moved(const glm::dvec3& world, const glm::dvec3& by) const 
   double out = 0.0;
   for (const render::ViewFrame& view : views_) {
     glm::dvec2 here, there;
-    if (!seen(view, world, here)) continue;
+    if (!seen(view, world, here, nearly_seen)) continue;
     const double distance = view.orthographic ? 1.0 : std::max(-(view.view * glm::dvec4(world, 1.0)).z, view.near);
     const double h = step * view.pixel * distance;
     glm::dvec2 sum(0.0);
@@ -215,11 +218,15 @@ VertexDistance vertices_apart(const Animation& animation, const sim::Results& ot
 
 namespace {
 
-// The nodes of a body, of a rigid one its vertices, as they are drawn between two samples: poses turn evenly, displacements run straight.
+// The nodes of a body, of a rigid one with a mesh its vertices, as they are drawn between two samples: poses turn evenly, displacements run
+// straight.
 class DrawnPoints {
  public:
   DrawnPoints(const Animation& animation, const BodyModel& model, const sim::ResultBody& body)
-      : model_(model), body_(body), nodes_(model.flexible && !body.nodes.empty()), scale_(largest_scale(animation, model)) {}
+      : model_(model),
+        body_(body),
+        nodes_(!body.nodes.empty() && (model.flexible || model.mesh.positions.empty())),
+        scale_(largest_scale(animation, model)) {}
   size_t count() const { return nodes_ ? body_.nodes.size() : model_.mesh.positions.size(); }
   // World, m; share (0 to 1) of the way from one sample to the other.
   glm::dvec3 between(size_t p, Eigen::Index from, Eigen::Index to, double share) const {
@@ -240,6 +247,31 @@ class DrawnPoints {
   double scale_;
 };
 
+// Bodies that are drawn: as a mesh, or by their nodes.
+bool drawn(const BodyModel& model, const sim::ResultBody& body) {
+  return model.visible && (!model.mesh.positions.empty() || !body.nodes.empty());
+}
+
+// The way of the body that the camera follows; no way without one.
+glm::dvec3 followed_between(const Animation& animation, Eigen::Index from, Eigen::Index to, double share) {
+  if (animation.follow < 0) return glm::dvec3(0.0);
+  return glm::dvec3(pose_between(animation.results->bodies[static_cast<size_t>(animation.follow)], from, to, share)[3]);
+}
+
+// A picture that is looked at, between which samples it lies, and its views.
+struct PicturePlace {
+  int picture = 0;
+  SamplePlace place;
+  PictureViews views;
+};
+
+// The size of two vectors by the root of the mean square, along the larger one: what oscillates nearly as fast as the samples come has
+// opposite signs at the two, so no mean of vectors.
+glm::dvec3 either(const glm::dvec3& left, const glm::dvec3& right) {
+  const double l = glm::dot(left, left), r = glm::dot(right, right);
+  return l + r > 0.0 ? (l > r ? left : right) * std::sqrt(0.5 * (l + r) / std::max(l, r)) : left;
+}
+
 // Every so manyth time and the last.
 sim::VecX thinned(const sim::VecX& times, int every) {
   const Eigen::Index last = times.size() - 1;
@@ -256,30 +288,32 @@ VertexDistance sample_errors(const Animation& animation, int most, int every) {
   const Eigen::Index end = results.times.size() - 1, last = end / every;
   if (last < 3) return out;
   const sim::VecX times = thinned(results.times, every);
+  std::vector<PicturePlace> places;
   for (const int k : looked_at(animation, most)) {
     const SamplePlace place = find_sample(times, picture_time(animation, k));
-    if (place.share <= 0.0) continue;
-    const PictureViews views(animation, k);
-    const Eigen::Index i = std::clamp<Eigen::Index>(place.index, 1, last - 2);
-    const double weight = place.share * (1.0 - place.share);
-    for (size_t b = 0; b < results.bodies.size(); ++b) {
-      const BodyModel& model = animation.bodies[b];
-      const sim::ResultBody& body = results.bodies[b];
-      if (!model.visible || model.mesh.positions.empty()) continue;
-      const glm::dmat4 pose = body_pose(body, {std::min(place.index * every, end), 0.0});
-      const glm::dvec3 nearest = where_seen_largest(views, model, pose);
-      const DrawnPoints points(animation, model, body);
-      const size_t step = std::max<size_t>(1, points.count() / 40);
+    if (place.share > 0.0) places.push_back({k, place, PictureViews(animation, k)});
+  }
+  for (size_t b = 0; b < results.bodies.size(); ++b) {
+    const BodyModel& model = animation.bodies[b];
+    const sim::ResultBody& body = results.bodies[b];
+    if (!drawn(model, body)) continue;
+    const BodyPoints seen_at(animation, b, points_seen);
+    const DrawnPoints points(animation, model, body);
+    const size_t step = std::max<size_t>(1, points.count() / 40);
+    for (const auto& [k, place, views] : places) {
+      const Eigen::Index i = std::clamp<Eigen::Index>(place.index, 1, last - 2);
+      const double weight = place.share * (1.0 - place.share);
+      const glm::dvec3 nearest = where_seen_largest(views, seen_at, {std::min(place.index * every, end), 0.0});
+      // What the samples at both sides are missed by where they are left out, which is twice as much of the acceleration.
+      const auto missed = [&](Eigen::Index s, const auto& between) {
+        return weight * (between((s - 1) * every, (s + 1) * every, 0.5) - between(s * every, s * every, 0.0));
+      };
+      const auto camera = [&](Eigen::Index from, Eigen::Index to, double share) { return followed_between(animation, from, to, share); };
+      const glm::dvec3 camera_left = missed(i, camera), camera_right = missed(i + 1, camera);
       for (size_t p = 0; p < points.count(); p += step) {
-        // What the samples at both sides are missed by where they are left out, which is twice as much of the acceleration.
-        const auto missed = [&](Eigen::Index s) {
-          return points.between(p, (s - 1) * every, (s + 1) * every, 0.5) - points.between(p, s * every, s * every, 0.0);
-        };
-        const glm::dvec3 left = weight * missed(i), right = weight * missed(i + 1);
-        // What oscillates nearly as fast as the samples come has opposite signs at the two: no mean of vectors.
-        const double l = glm::dot(left, left), r = glm::dot(right, right);
-        const glm::dvec3 bent = l + r > 0.0 ? (l > r ? left : right) * std::sqrt(0.5 * (l + r) / std::max(l, r)) : left;
-        out.widen(views.moved(nearest, bent), glm::length(bent), k, b);
+        const auto point = [&](Eigen::Index from, Eigen::Index to, double share) { return points.between(p, from, to, share); };
+        const glm::dvec3 left = missed(i, point), right = missed(i + 1, point);
+        out.widen(views.moved(nearest, either(left - camera_left, right - camera_right)), glm::length(either(left, right)), k, b);
       }
     }
   }
@@ -298,11 +332,12 @@ VertexDistance thinned_errors(const Animation& animation, int every) {
   for (size_t b = 0; b < results.bodies.size(); ++b) {
     const BodyModel& model = animation.bodies[b];
     const sim::ResultBody& body = results.bodies[b];
-    if (!model.visible || model.mesh.positions.empty()) continue;
+    if (!drawn(model, body)) continue;
     double per_metre = 0.0;
+    const BodyPoints seen_at(animation, b, points_seen);
     for (const int k : looked_at(animation, views))
-      per_metre = std::max(per_metre, body_pixels_per_metre(PictureViews(animation, k), model,
-                                                            body_pose(body, find_sample(results.times, picture_time(animation, k)))));
+      per_metre = std::max(
+          per_metre, body_pixels_per_metre(PictureViews(animation, k), seen_at, find_sample(results.times, picture_time(animation, k))));
     const DrawnPoints points(animation, model, body);
     const size_t step = std::max<size_t>(1, points.count() / points_of_body);
     for (const int k : pictures) {
@@ -311,9 +346,11 @@ VertexDistance thinned_errors(const Animation& animation, int every) {
       if (place.share <= 0.0) continue;
       const Eigen::Index from = std::min(place.index * every, last), to = std::min(from + every, last),
                          next = std::min(fine.index + 1, last);
+      const glm::dvec3 camera =
+          followed_between(animation, fine.index, next, fine.share) - followed_between(animation, from, to, place.share);
       for (size_t p = 0; p < points.count(); p += step) {
-        const double metres = glm::length(points.between(p, fine.index, next, fine.share) - points.between(p, from, to, place.share));
-        out.widen(metres * per_metre, metres, k, b);
+        const glm::dvec3 missed = points.between(p, fine.index, next, fine.share) - points.between(p, from, to, place.share);
+        out.widen(glm::length(missed - camera) * per_metre, glm::length(missed), k, b);
       }
     }
   }
@@ -433,17 +470,21 @@ class BeamField {
   std::vector<size_t> order_;
 };
 
-// Samples at pictures where the body is bent farthest, a few.
-std::vector<int> most_bent(const Animation& animation, const sim::ResultBody& body, int most, size_t few) {
-  std::vector<std::pair<double, int>> bent;
+// Pictures at which the body is bent farthest, a few, and as many at which that is seen largest.
+std::vector<int> most_bent(const Animation& animation, const sim::ResultBody& body, const BodyPoints& seen_at, int most, size_t few) {
+  std::vector<std::pair<double, int>> bent, shown;
   for (const int k : looked_at(animation, most)) {
-    const Eigen::Index i = find_sample(animation.results->times, picture_time(animation, k)).index;
-    bent.emplace_back(-body.displacement.row(i).cwiseAbs().maxCoeff(), k);
+    const SamplePlace place = find_sample(animation.results->times, picture_time(animation, k));
+    const double by = body.displacement.row(place.index).cwiseAbs().maxCoeff();
+    bent.emplace_back(-by, k);
+    shown.emplace_back(-by * body_pixels_per_metre(PictureViews(animation, k), seen_at, place), k);
   }
-  std::sort(bent.begin(), bent.end());
-  std::vector<int> out;
-  for (size_t k = 0; k < std::min(few, bent.size()); ++k) out.push_back(bent[k].second);
-  return out;
+  std::set<int> out;
+  for (auto* of : {&bent, &shown}) {
+    std::sort(of->begin(), of->end());
+    for (size_t k = 0; k < std::min(few, of->size()); ++k) out.insert((*of)[k].second);
+  }
+  return {out.begin(), out.end()};
 }
 
 constexpr size_t map_moments = 6;
@@ -477,30 +518,27 @@ MapErrors map_errors(const Animation& animation, const sim::Scene* scene, int mo
     BodyMemory memory;
     std::vector<float> doubt;
     const double scale = largest_scale(animation, model);
-    for (const int k : most_bent(animation, body, most, map_moments)) {
+    const BodyPoints seen_at(animation, b, points_seen);
+    for (const int k : most_bent(animation, body, seen_at, most, map_moments)) {
       const PictureViews views(animation, k);
       const SamplePlace place{find_sample(results.times, picture_time(animation, k)).index, 0.0};
       const glm::dmat4 pose = body_pose(body, place);
-      const double per_metre = body_pixels_per_metre(views, model, pose);
-      double largest = 0.0;
       double aslant = 0.0;
-      if (beam) {
-        update_displacement(model, body, place, memory);
-        for (size_t i = 0; i < model.mesh.positions.size(); ++i) {
-          const glm::dvec3& x = model.mesh.positions[i];
-          const sim::Vec3 exact = field.displaced({x.x, x.y, x.z}, place.index);
-          const sim::Vec3 drawn(memory.displacement[3 * i], memory.displacement[3 * i + 1], memory.displacement[3 * i + 2]);
-          largest = std::max(largest, (exact - drawn).norm());
-        }
-        const auto& of = std::get<sim::BeamDef>(def->kind);
-        if (of.axis) aslant = field.sheared(of, std::sqrt(body.section.area / std::numbers::pi), place.index);
-      } else {
-        map_error(doubting, body, place, memory, doubt);
-        for (const float d : doubt) largest = std::max(largest, static_cast<double>(d));
+      update_displacement(model, body, place, memory);
+      if (!beam) map_error(doubting, body, place, memory, doubt);
+      else if (const auto& of = std::get<sim::BeamDef>(def->kind); of.axis)
+        aslant = field.sheared(of, std::sqrt(body.section.area / std::numbers::pi), place.index);
+      for (size_t i = 0; i < model.mesh.positions.size(); ++i) {
+        const glm::dvec3& x = model.mesh.positions[i];
+        const sim::Vec3 drawn(memory.displacement[3 * i], memory.displacement[3 * i + 1], memory.displacement[3 * i + 2]);
+        double off = aslant;
+        if (beam) off += (field.displaced({x.x, x.y, x.z}, place.index) - drawn).norm();
+        else if (i < doubt.size()) off += static_cast<double>(doubt[i]);
+        const glm::dvec3 at = placed(pose, x + scale * glm::dvec3(drawn.x(), drawn.y(), drawn.z()));
+        const double pixels = scale * off * views.pixels_per_metre(at);
+        if (pixels > out.largest.pixels) out.by_shear = aslant > 0.5 * off;
+        out.largest.widen(pixels, scale * off, k, b);
       }
-      largest += aslant;
-      if (scale * largest * per_metre > out.largest.pixels) out.by_shear = aslant > 0.5 * largest;
-      out.largest.widen(scale * largest * per_metre, scale * largest, k, b);
     }
   }
   return out;
@@ -519,9 +557,9 @@ VertexDistance raster_errors(const Animation& animation, int most) {
       if (!model.visible || model.mesh.positions.empty()) continue;
       double farthest = 0.0;
       for (const glm::dvec3& p : model.mesh.positions) farthest = std::max(farthest, glm::length(p));
-      const glm::dmat4 pose = body_pose(results.bodies[b], place);
-      const double metres = rounding * (farthest + glm::length(glm::dvec3(pose[3])));
-      out.widen(0.5 / places + metres * body_pixels_per_metre(views, model, pose), metres, k, b);
+      const double metres = rounding * (farthest + glm::length(glm::dvec3(body_pose(results.bodies[b], place)[3])));
+      const BodyPoints seen_at(animation, b, points_seen);
+      out.widen(0.5 / places + metres * body_pixels_per_metre(views, seen_at, place), metres, k, b);
     }
   }
   return out;

@@ -15,7 +15,7 @@ class PictureViews {
  public:
   PictureViews(const Animation& animation, int picture);
 
-  // Pixels that a metre across the line of sight has at a world point, the most of all views; 0 where none of them sees the point.
+  // Pixels that a metre across the line of sight has at a world point, the most of all views; 0 where it is far outside all of them.
   double pixels_per_metre(const glm::dvec3& world) const;
   // Pixels that a world point moves by up to, if it moves along each axis of the world by up to so much to either side (m, small), the most
   // of the views that see it.
@@ -52,7 +52,7 @@ std::vector<int> looked_at(const Animation& animation, int most);
 VertexDistance vertices_apart(const Animation& animation, const sim::Results& other, const sim::Scene* scene, int most);
 
 // What the samples' spacing takes from the motion between them: runs are drawn along straight lines between samples.
-// every: as if the run had every so manyth sample only.
+// every: as if the run had every so manyth sample only. Pixels are those that a camera sees which follows its body.
 VertexDistance sample_errors(const Animation& animation, int most, int every = 1);
 
 // The same told by a run of more samples, of which the other runs have every `every`-th: sees what moves between those alone. In all

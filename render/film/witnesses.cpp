@@ -1,10 +1,12 @@
 #include "render/film/witnesses.h"
 
+#include "render/film/body_points.h"
 #include "render/film/vertex_errors.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -15,8 +17,10 @@
 namespace flexframe::film {
 namespace {
 
-// Pictures that are looked at.
-constexpr int pictures_looked_at = 60;
+// Pictures that are looked at: a camera on a path may be close for a short time.
+constexpr int pictures_looked_at = 200;
+// Points of a body that are looked at, and where none of these is seen: of a large mesh a close view shows few.
+constexpr std::array<size_t, 2> points_looked_at{200, 5000};
 
 // How many times largest a body's elastic displacement is drawn, and how many pixels a metre of it has, at most over the film.
 struct BodySight {
@@ -26,20 +30,26 @@ struct BodySight {
 std::vector<BodySight> sights(const Animation& animation) {
   std::vector<BodySight> out(animation.bodies.size());
   const sim::Results& results = *animation.results;
-  for (BodySight& body : out)
-    for (const double s : animation.scales) body.scale = std::max(body.scale, s);
-  for (const int k : looked_at(animation, pictures_looked_at)) {
-    const PictureViews views(animation, k);
-    const SamplePlace place = find_sample(results.times, picture_time(animation, k));
-    for (size_t b = 0; b < out.size(); ++b) {
-      const std::vector<glm::dvec3>& vertices = animation.bodies[b].mesh.positions;
-      if (!animation.bodies[b].visible) continue;
-      const glm::dmat4 pose = body_pose(results.bodies[b], place);
-      const size_t step = std::max<size_t>(1, vertices.size() / 100);
-      for (size_t i = 0; i < vertices.size(); i += step)
-        out[b].per_metre = std::max(out[b].per_metre, views.pixels_per_metre(glm::dvec3(pose * glm::dvec4(vertices[i], 1.0))));
+  std::vector<std::pair<SamplePlace, PictureViews>> pictures;
+  for (const int k : looked_at(animation, pictures_looked_at))
+    pictures.emplace_back(find_sample(results.times, picture_time(animation, k)), PictureViews(animation, k));
+  double nearest = 0.0;
+  std::vector<glm::dvec3> at;
+  for (size_t b = 0; b < out.size(); ++b) {
+    out[b].scale = largest_scale(animation, animation.bodies[b]);
+    if (!animation.bodies[b].visible) continue;
+    for (const size_t most : points_looked_at) {
+      if (out[b].per_metre > 0.0) break;
+      const BodyPoints points(animation, b, most);
+      for (const auto& [place, views] : pictures) {
+        points.at(place, at);
+        for (const glm::dvec3& p : at) out[b].per_metre = std::max(out[b].per_metre, views.pixels_per_metre(p));
+      }
     }
+    nearest = std::max(nearest, out[b].per_metre);
   }
+  // Where the body is wrong that the camera follows, all that is seen is.
+  if (animation.follow >= 0) out[static_cast<size_t>(animation.follow)].per_metre = nearest;
   return out;
 }
 
@@ -140,9 +150,11 @@ std::vector<Witness> witnesses(sim::Scene& scene, const Animation& animation, bo
   for (size_t b = 0; b < results.bodies.size(); ++b) {
     const auto body =
         std::find_if(scene.bodies.begin(), scene.bodies.end(), [&](const sim::BodyDef& d) { return d.name == results.bodies[b].name; });
-    if (body == scene.bodies.end() || !animation.bodies[b].visible) continue;
+    const bool followed = pixels && animation.follow == static_cast<int>(b);
+    if (body == scene.bodies.end() || !(animation.bodies[b].visible || followed)) continue;
     if (pixels && sight[b].per_metre <= 0.0) continue;  // never seen
-    const double metres = pixels ? allowed / sight[b].per_metre : allowed;
+    // Half for what the camera is off that follows a body.
+    const double metres = pixels ? (animation.follow >= 0 ? 0.5 : 1.0) * allowed / sight[b].per_metre : allowed;
     const bool elastic = animation.bodies[b].flexible, exaggerated = elastic && sight[b].scale > 1.0;
     Witness w;
     w.output.of.body = body->name;
@@ -176,15 +188,6 @@ struct Place {
   std::vector<std::pair<const Witness*, Eigen::Index>> read;
 };
 
-// Points of a body's mesh in the world, thinned.
-std::vector<glm::dvec3> points_of(const BodyModel& model, const glm::dmat4& pose, size_t most) {
-  std::vector<glm::dvec3> out;
-  const std::vector<glm::dvec3>& vertices = model.mesh.positions;
-  const size_t step = std::max<size_t>(1, (vertices.size() + most - 1) / most);
-  for (size_t i = 0; i < vertices.size(); i += step) out.emplace_back(pose * glm::dvec4(vertices[i], 1.0));
-  return out;
-}
-
 // An error of a place at a time along the axes of the world, m, no signs.
 glm::dvec3 place_error(const Place& place, const sim::ErrorSizes& errors, Eigen::Index at, const glm::dmat4& pose) {
   glm::dvec3 out(0.0);
@@ -203,6 +206,40 @@ glm::dvec3 place_error(const Place& place, const sim::ErrorSizes& errors, Eigen:
   return out;
 }
 
+// The most that the places of a body are wrong by along the axes of the world, m: what a camera is that follows it.
+glm::dvec3 camera_error(const std::map<std::string, Place>& of_body, const sim::ErrorSizes& errors, Eigen::Index at) {
+  glm::dvec3 out(0.0);
+  for (const auto& [name, place] : of_body)
+    for (const auto& [witness, column] : place.read)
+      if (witness->output.quantity == sim::Quantity::position)
+        for (int a = 0; a < 3; ++a) out[a] = std::max(out[a], witness->drawn * witness->output.size * errors.shares(column + a, at));
+  return out;
+}
+
+// Points of bodies that views see.
+class SeenPoints {
+ public:
+  SeenPoints(const Animation& animation, size_t body) : animation_(animation), body_(body) {}
+  // So many at most in a picture, evenly of what is seen there.
+  std::vector<glm::dvec3> of(const PictureViews& views, const SamplePlace& place, size_t most) {
+    std::vector<glm::dvec3> all, seen, out;
+    for (size_t i = 0; i < points_looked_at.size() && seen.empty(); ++i) {
+      if (i == points_.size()) points_.emplace_back(animation_, body_, points_looked_at[i]);
+      points_[i].at(place, all);
+      for (const glm::dvec3& p : all)
+        if (views.pixels_per_metre(p) > 0.0) seen.push_back(p);
+    }
+    const size_t step = std::max<size_t>(1, (seen.size() + most - 1) / most);
+    for (size_t i = 0; i < seen.size(); i += step) out.push_back(seen[i]);
+    return out;
+  }
+
+ private:
+  const Animation& animation_;
+  size_t body_;
+  std::vector<BodyPoints> points_;
+};
+
 }  // namespace
 
 double seen_errors(const Animation& animation, const std::vector<Witness>& places, const sim::ErrorSizes& errors, bool pixels) {
@@ -216,20 +253,25 @@ double seen_errors(const Animation& animation, const std::vector<Witness>& place
     bodies[w.body][w.place].read.emplace_back(&w, column - errors.columns.begin());
   }
   const size_t points = std::clamp(points_in_all / std::max<size_t>(1, bodies.size()), least_points, most_points);
+  std::map<size_t, SeenPoints> drawn;
+  for (const auto& [b, of_body] : bodies) drawn.emplace(b, SeenPoints(animation, b));
+  const auto followed = animation.follow >= 0 && pixels ? bodies.find(static_cast<size_t>(animation.follow)) : bodies.end();
   double out = 0.0;
   for (const int k : looked_at(animation, pictures_looked_at)) {
     const PictureViews views(animation, k);
     const double t = picture_time(animation, k);
     const SamplePlace sample = find_sample(results.times, t), at = find_sample(errors.times, t);
     const Eigen::Index nearest = std::min(at.index + (at.share > 0.5 ? 1 : 0), errors.times.size() - 1);
+    const glm::dvec3 camera = followed != bodies.end() ? camera_error(followed->second, errors, nearest) : glm::dvec3(0.0);
     for (const auto& [b, of_body] : bodies) {
+      if (!animation.bodies[b].visible) continue;
       const glm::dmat4 pose = body_pose(results.bodies[b], sample);
-      const std::vector<glm::dvec3> seen_from = points_of(animation.bodies[b], pose, points);
+      const std::vector<glm::dvec3> seen_from = pixels ? drawn.at(b).of(views, sample, points) : std::vector<glm::dvec3>{};
       for (const auto& [name, place] : of_body) {
         const glm::dvec3 error = place_error(place, errors, nearest, pose);
         if (!pixels) out = std::max(out, glm::length(error));
         else
-          for (const glm::dvec3& p : seen_from) out = std::max(out, views.moved(p, error));
+          for (const glm::dvec3& p : seen_from) out = std::max(out, views.moved(p, error + camera));
       }
     }
   }

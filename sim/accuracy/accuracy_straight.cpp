@@ -44,7 +44,9 @@ void Straight::begin_with_few() {
   if (std::any_of(outputs.begin(), outputs.end(), [](const OutputDef& o) { return o.size > 0.0; })) {
     Scene scene = t_.search.with_modes(fewest_at_first, 2);
     scene.simulation.tolerance = loose;
+    const double start = work_seconds();
     if (const std::optional<Histories> run = t_.search.run_within(scene, longest_look)) pictured_ = outputs_over_sizes(*run);
+    looked_ = work_seconds() - start;
   }
   few_ = few_at_first();
 }

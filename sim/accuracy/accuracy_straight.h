@@ -123,6 +123,7 @@ class Straight {
   void begin_with_few();
   static constexpr double coarsest = 0.1;
   double pictured_ = 1.0;
+  double looked_ = 0.0;                   // CPU s of the loose run that tells it; 0: none
   int refined_ = 0;                       // times that it was too few
   double lacked_ = 0.0;                   // of space then
   bool refined_stiff_ = false;            // and what it was given more of
