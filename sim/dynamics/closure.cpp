@@ -566,7 +566,8 @@ Partition choose_partition(const Model& model, int cluster, Work& work, bool str
             if (row_used[r]) continue;
             const double a = std::abs(A(r, k));
             if (a <= floor || a < (strict ? 1.0 : 0.2) * largest) continue;
-            if (best < 0 || preference[k] > preference[best] || (preference[k] == preference[best] && a > alike * std::abs(A(best_row, best))))
+            if (best < 0 || preference[k] > preference[best] ||
+                (preference[k] == preference[best] && a > alike * std::abs(A(best_row, best))))
               best_row = r, best = k;
           }
         }

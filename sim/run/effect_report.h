@@ -2,8 +2,8 @@
 // without it.
 //
 // A share is the largest difference of an output between the two runs, relative to the output's range (histories.h): phases count. Pairs of
-// runs are thinned and loose, and made again at a tighter tolerance where the run without the effect (or with it) is off by a good part of the
-// share itself; what they cannot tell from their own error of time integration is reported as below `floor`.
+// runs are thinned and loose, and made again at a tighter tolerance where the run without the effect (or with it) is off by a good part of
+// the share itself; what they cannot tell from their own error of time integration is reported as below `floor`.
 #pragma once
 
 #include "sim/model/effects.h"

@@ -685,8 +685,9 @@ LeftOut::Drifts LeftOut::drifts(const Item& item, const Results& results, Unseen
     for (size_t order = 0; order < out.size(); ++order) {
       // Out of phase altogether, a vibration moves places by its share of the swing and no more, rates and accelerations by what its own
       // frequency makes of that: implicit steps leave fast ones behind that are nothing but 1e-4 of a swing through 1e5 radians.
-      const double most_unseen =
-          unseen && frequency > 0.0 ? 2.0 * unseen->share * std::pow(unseen->radians / duration / frequency, static_cast<double>(order)) : 1.0;
+      const double most_unseen = unseen && frequency > 0.0
+                                     ? 2.0 * unseen->share * std::pow(unseen->radians / duration / frequency, static_cast<double>(order))
+                                     : 1.0;
       const double here = std::max(seen, std::min(beyond, most_unseen));
       if (here * range > out[order].phase * out[order].deflection) out[order] = {here, range, frequency};
     }

@@ -138,8 +138,8 @@ void ErrorWeights::update(const System& system, const VecX& y) {
     // How far surfaces that stick are pulled, m; while they slide a unit vector stands there that does not change.
     for (size_t k = 0; k < model.contacts.size(); ++k)
       if (const int z0 = model.contacts[k].z0; z0 >= 0)
-        scale_.segment<3>(first + z0).setConstant(
-            system.work.signals.contacts[k].slip == ContactSlip::slips ? 1.0 : pulled_surfaces * model.size);
+        scale_.segment<3>(first + z0)
+            .setConstant(system.work.signals.contacts[k].slip == ContactSlip::slips ? 1.0 : pulled_surfaces * model.size);
   }
   if (system.quadrature) raise_work(system, y);
   follow_ranges(y);

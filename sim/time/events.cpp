@@ -353,8 +353,7 @@ bool pass_events(System& s, double t, const VecX& seen, const VecX& y, const std
     passed = true;
     const FrictionPoint& p = s.friction.points[k];
     // A slip that has only turned goes on.
-    if (p.phase == FrictionPhase::slip ? at_rest.joints[k] : p.phase != FrictionPhase::stick)
-      resting.push_back(static_cast<int>(k));
+    if (p.phase == FrictionPhase::slip ? at_rest.joints[k] : p.phase != FrictionPhase::stick) resting.push_back(static_cast<int>(k));
     else if (p.phase == FrictionPhase::slip) turned = true;
   }
   const size_t first = s.friction.points.size();

@@ -246,7 +246,9 @@ def one_run_off(folder):
     text += joint("w0", "weld", "ground", "b0.root") + joint("w1", "weld", "b0.tip", "b1.root", rotation=[0, 0, math.pi / 2])
     rises = "(t < 1.08 ? sin(pi*t/2.16)^2 : 1)"
     text += table("force", kind="force", on="b1.tip", direction=[-0.003, -0.895, 0.446], value=f"149*{rises}")
-    text += table("force", kind="torque", on="b1.tip", direction=[-0.52, 2.77, 1.0], value=f"446*{rises}") + output("p1", "b1.tip", "position")
+    text += table("force", kind="torque", on="b1.tip", direction=[-0.52, 2.77, 1.0], value=f"446*{rises}") + output(
+        "p1", "b1.tip", "position"
+    )
     scene = written(folder, "bracket", text)
     exact = {}
     for without in ("", "without = ['stiffening']\n"):
