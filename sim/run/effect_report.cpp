@@ -207,7 +207,8 @@ class Pairs {
 // pair is made again at that tolerance: one run that steps over vibrations may be a third off where the other is not (a bracket in space at
 // 1e-5: shear told as 0.39 of a range, where 7e-4 is true).
 void measure_share(Pairs& pairs, const Scene& other, Histories changed, double floor, EffectRow& row) {
-  constexpr double its_own = 0.3;
+  // So many times the error of the scene's own run the other one is not off.
+  constexpr double its_own = 0.3, plain = 30.0;
   constexpr size_t tightest = 3;  // decades below the first
   row.floor = floor;
   for (size_t decade = 0;; ++decade) {
@@ -219,7 +220,8 @@ void measure_share(Pairs& pairs, const Scene& other, Histories changed, double f
     row.column = d.column >= 0 ? base.columns[d.column] : "";
     row.shares = d.columns;
     if (!row.measured) row.note = "no output moves, and no body deforms: there is nothing to measure it against";
-    if (!row.measured || decade == tightest || !std::isfinite(row.share) || (decade == 0 && row.share <= floor)) return;
+    if (!row.measured || decade == tightest || !std::isfinite(row.share)) return;
+    if (decade == 0 && (row.share <= floor || row.share > plain * floor)) return;
     Histories tighter = simulate_histories(other, pairs.options(decade + 1));
     const double own = compare_histories(changed, tighter, pairs.ranges(tighter, changed, other)).largest;
     if (own <= its_own * row.share) return;
