@@ -3,8 +3,8 @@ the same surface with curved sides, closed forms for strips, the same strip writ
 
 import json
 import math
-import re
 
+from picture_stress import largest_stress
 from program import *
 
 
@@ -86,19 +86,8 @@ with temporary_folder() as name:
             near(found, truth[k], tolerance * truth[k], f"panel of straight {kind}, frequency {k + 1}")
 
     def stress(cards, kind, direction):
-        """The largest stress that a picture shows under a force on the tip, Pa."""
         (folder / "strip.bdf").write_text(strip(cards, kind))
-        run("reduce", folder / "strip.bdf", "-o", folder / "strip.h5", "--interface", "tip=1000", "--stress", "--quiet")
-        (folder / "strip.toml").write_text(
-            "[simulation]\nduration = 0.001\noutput_rate = 4000\ngravity = [0, 0, 0]\n"
-            '[[body]]\nname = "strip"\nkind = "modal"\nfile = "strip.h5"\ninitial = { static = true }\n'
-            '[[joint]]\nname = "held"\nkind = "weld"\nparent = "ground"\nchild = "strip"\n'
-            f'[[force]]\nname = "f"\nkind = "force"\non = "strip.tip"\ndirection = {direction}\nvalue = {FORCE}\n'
-            '[render]\ncolor_by = "stress"\nyield_stress = 1e9\nsize = [64, 48]\nvideo = "none"\n'
-        )
-        run("simulate", folder / "strip.toml", "-o", folder / "strip_r.h5", "--quiet")
-        out = run("render", folder / "strip_r.h5", "-o", folder / "pictures", "--frames", "0:1", "--workers", 1).stdout
-        return 1e9 / float(re.search(r"safety factor against yielding is ([0-9.e+-]+)", out)[1])
+        return largest_stress(folder, "strip.bdf", "tip=1000", "tip", [(direction, FORCE)])
 
     # Faces on a core: their stress is that of bending at Z1 and Z2, whatever stretches. Flat quadrangles have the moment of their middle.
     metals = "MAT1,1,7.+10,,0.,2700.\nMAT1,2,1.4+11,,0.,2700.\n"

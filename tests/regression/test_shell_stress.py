@@ -1,8 +1,7 @@
 """Stress of shells in pictures: on the larger of both faces, of the plate that carries most where plates meet, whatever way the normals of
 the elements point. Strips with Poisson's ratio zero against beam theory."""
 
-import re
-
+from picture_stress import largest_stress
 from program import *
 
 E, rho, width, t, nx, ny = 2.1e11, 7850.0, 0.1, 0.004, 20, 2
@@ -39,22 +38,8 @@ with temporary_folder() as name:
     folder = pathlib.Path(name)
 
     def stress(deck, at, loads):
-        """The largest stress that a picture shows, Pa: what a yield stress of 1 GPa is safe against."""
         (folder / "strip.inp").write_text(deck)
-        run("reduce", folder / "strip.inp", "-o", folder / "strip.h5", "--interface", f"at=rigid:{at}", "--stress", "--quiet")
-        forces = "".join(
-            f'[[force]]\nname = "f{k}"\nkind = "force"\non = "strip.at"\ndirection = {direction}\nvalue = {value}\n'
-            for k, (direction, value) in enumerate(loads)
-        )
-        (folder / "strip.toml").write_text(
-            "[simulation]\nduration = 0.001\noutput_rate = 4000\ngravity = [0, 0, 0]\n"
-            '[[body]]\nname = "strip"\nkind = "modal"\nfile = "strip.h5"\ninitial = { static = true }\n'
-            f'[[joint]]\nname = "held"\nkind = "weld"\nparent = "ground"\nchild = "strip"\n{forces}'
-            '[render]\ncolor_by = "stress"\nyield_stress = 1e9\nsize = [64, 48]\nvideo = "none"\n'
-        )
-        run("simulate", folder / "strip.toml", "-o", folder / "strip_r.h5", "--quiet")
-        out = run("render", folder / "strip_r.h5", "-o", folder / "pictures", "--frames", "0:1", "--workers", 1).stdout
-        return 1e9 / float(re.search(r"safety factor against yielding is ([0-9.e+-]+)", out)[1])
+        return largest_stress(folder, "strip.inp", f"at=rigid:{at}", "at", loads)
 
     section, modulus, length = width * t, width * t**2 / 6, 0.4
     for kind, down, force in (("S4", False, 0.02), ("S4", True, 0.02), ("S8R", False, 0.02)):
