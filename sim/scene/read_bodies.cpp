@@ -4,6 +4,7 @@
 #include "sim/base/words.h"
 #include "sim/scene/curve.h"
 #include "sim/scene/effect_names.h"
+#include "sim/scene/meant_units.h"
 #include "sim/scene/read_curve.h"
 #include "sim/scene/rotation_input.h"
 #include "sim/scene/scene_input.h"
@@ -102,6 +103,12 @@ Damping read_damping(const TableReader& body) {
   if (reader->has("ratio") && (reader->has("mass") || reader->has("stiffness")))
     reader->fail("ratio", "excludes 'mass' and 'stiffness': give damping ratios or Rayleigh's factors");
   if (reader->has("ratio")) damping.ratio = reader->number_or_numbers("ratio", 1, most_coordinates, not_negative.in(""));
+  for (const double ratio : damping.ratio)
+    if (ratio >= 1.0 && reader->unitless("ratio"))
+      reader->doubt("ratio",
+                    fmt::format("is {} times critical damping, with which a mode no longer swings: for per cent write \"{} %\", for "
+                                "so much \"{} %\"",
+                                ratio, ratio, 100.0 * ratio));
   damping.mass = reader->number("mass", 0.0, not_negative.in("1/s"));
   damping.stiffness = reader->number("stiffness", 0.0, not_negative.in("s"));
   return damping;
@@ -303,6 +310,13 @@ Material read_material(const TableReader& body) {
   material.density = reader.number("density", positive.in("kg/m^3"));
   material.youngs_modulus = reader.number("youngs_modulus", positive.in("Pa"));
   material.poisson = reader.number("poisson", material.poisson, poisson_range);
+  const bool bare = reader.unitless("density") && reader.unitless("youngs_modulus");
+  if (const std::string meant = meant_material_units(material.density, material.youngs_modulus); bare && !meant.empty())
+    reader.doubt(
+        "density",
+        fmt::format("{} and a Young's modulus of {} are read as kg/m^3 and Pa, of which no solid is made that waves run through at "
+                    "{:.2g} m/s; are they meant in {}? Write the units: \"7850 kg/m^3\", \"210 GPa\"",
+                    material.density, material.youngs_modulus, std::sqrt(material.youngs_modulus / material.density), meant));
   return material;
 }
 
@@ -347,6 +361,12 @@ BeamDef read_beam(const TableReader& reader, std::map<std::string, Mat3>& axes) 
     reader.required("section");
     beam.section = read_section(reader, *reader.table("section"), "");
   }
+  // Four times as deep as long, no theory of beams holds: sizes in millimetres beside a length in metres.
+  const double gyration = std::sqrt(std::max(beam.section.iy, beam.section.iz) / beam.section.area);
+  if (gyration > beam.length)
+    reader.doubt(beam.stations.empty() ? "section" : "sections",
+                 fmt::format("is about {:.2g} m deep, of a beam that is {:.2g} m long: for sizes in millimetres write \"20 mm\", and so on",
+                             4.0 * gyration, beam.length));
   beam.material = read_material(reader);
   beam.model = static_cast<BeamModel>(
       reader.word("model", beam_models, static_cast<std::size_t>(pieces ? BeamModel::mixed : BeamModel::finite_element)));

@@ -1,6 +1,7 @@
 #include "sim/scene/scene_reader.h"
 
 #include "sim/base/words.h"
+#include "sim/scene/meant_units.h"
 #include "sim/scene/picture_accuracy.h"
 #include "sim/scene/read_states.h"
 #include "sim/scene/readings.h"
@@ -101,6 +102,11 @@ SimulationSettings read_simulation(const TableReader& reader) {
                 fmt::format("gives {:.3g} samples (duration x output_rate); at most {:.0e} are allowed",
                             settings.duration * settings.output_rate, most_samples));
   settings.gravity = reader.vector3("gravity", settings.gravity, "m/s^2");
+  if (const double pull = settings.gravity.norm(); looks_like_millimetres(pull) && reader.unitless("gravity"))
+    reader.doubt("gravity",
+                 fmt::format("is {:.5g} m/s^2, a thousand times the earth's: for millimetres write \"{:.5g} mm/s^2\", for so much "
+                             "\"{:.5g} m/s^2\"",
+                             pull, pull, pull));
   settings.tolerance = reader.optional_number("tolerance", {.low = 1e-13, .high = 0.1, .what = "a number from 1e-13 to 0.1"});
   read_accuracy(reader, settings);
   if (settings.tolerance && (settings.accuracy || settings.picture_accuracy))

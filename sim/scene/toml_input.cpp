@@ -2,13 +2,16 @@
 
 #include "sim/base/files_read.h"
 #include "sim/base/words.h"
+#include "sim/scene/meant_units.h"
 #include "sim/scene/parameters.h"
+#include "sim/scene/unit_terms.h"
 
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <numbers>
 #include <utility>
 
 #include <fmt/format.h>
@@ -203,9 +206,13 @@ int TableReader::line(std::string_view key) const {
 
 std::string TableReader::place(int line) const { return line > 0 ? fmt::format("{}:{}", file_, line) : file_; }
 
-void TableReader::fail(std::string_view key, const std::string& message) const {
+std::string TableReader::key_at(std::string_view key) const {
   const std::string label = label_.empty() ? "" : label_ + ": ";
-  throw InputError(fmt::format("{}: {}key {} {}", place(line(key)), label, quote(full_key(key)), message));
+  return fmt::format("{}: {}key {}", place(line(key)), label, quote(full_key(key)));
+}
+
+void TableReader::fail(std::string_view key, const std::string& message) const {
+  throw InputError(fmt::format("{} {}", key_at(key), message));
 }
 
 void TableReader::fail(const std::string& message) const {
@@ -263,7 +270,25 @@ double TableReader::checked_number(std::string_view key, const TomlValue& value,
   if (!std::isfinite(x)) fail(key, fmt::format("{}must be finite, found {}", which, found()));
   if (x < range.low || x > range.high || (range.open_low && x == range.low) || (range.open_high && x == range.high))
     fail(key, fmt::format("{}must be {}, found {}", which, range.what, found()));
+  doubt_degrees(key, value, range, x);
   return x;
+}
+
+void TableReader::doubt(std::string_view key, const std::string& message) const {
+  if (parameters_) parameters_->doubt(fmt::format("{} {}", key_at(key), message));
+}
+
+bool TableReader::unitless(std::string_view key) const {
+  const auto bare = [](const TomlValue& value) { return value.type != TomlValue::Type::text || units_in(value.text).empty(); };
+  const TomlValue* value = find(key);
+  return value && bare(*value) && std::all_of(value->items.begin(), value->items.end(), bare);
+}
+
+void TableReader::doubt_degrees(std::string_view key, const TomlValue& value, const Range& range, double x) const {
+  if (!range.doubted || !range.unit || std::string_view(range.unit) != "rad" || !looks_like_degrees(x)) return;
+  if (value.type == TomlValue::Type::text && !units_in(value.text).empty()) return;
+  doubt(key, fmt::format("has the angle {}, which is read as radians, {:.3g} turns: for degrees write \"{} deg\", for radians \"{} rad\"",
+                         x, std::abs(x) / (2.0 * std::numbers::pi), x, x));
 }
 
 double TableReader::number(std::string_view key, Range range) const { return checked_number(key, required(key), range, ""); }
@@ -414,6 +439,8 @@ MatX TableReader::matrix(std::string_view key, std::span<const Range> columns) c
   const TomlValue& value = is_array_text(given) ? split : given;
   if (value.type != TomlValue::Type::array || value.items.empty())
     fail(key, fmt::format("must be a matrix (an array of rows), found {}", describe(value)));
+  std::vector<Range> ranges(columns.begin(), columns.end());
+  for (Range& range : ranges) range.doubted = false;
   // all rows are checked before the matrix is sized: its size must not exceed what the file holds
   const std::size_t width = value.items[0].items.size();
   for (std::size_t i = 0; i < value.items.size(); ++i) {
@@ -425,7 +452,7 @@ MatX TableReader::matrix(std::string_view key, std::span<const Range> columns) c
   }
   MatX result(static_cast<Eigen::Index>(value.items.size()), static_cast<Eigen::Index>(width));
   for (std::size_t i = 0; i < value.items.size(); ++i) {
-    const std::vector<double> row = checked_numbers(key, value.items[i], width, width, columns);
+    const std::vector<double> row = checked_numbers(key, value.items[i], width, width, ranges);
     result.row(static_cast<Eigen::Index>(i)) = Eigen::Map<const Eigen::RowVectorXd>(row.data(), static_cast<Eigen::Index>(width));
   }
   return result;

@@ -61,6 +61,7 @@ struct Range {
   bool open_low = false, open_high = false;
   const char* what = "a number";
   const char* unit = nullptr;
+  bool doubted = true;  // angles of many turns without a unit: as if they were degrees; not those of tables, which shafts run through
 
   // The same range of numbers with this unit.
   constexpr Range in(const char* its_unit) const {
@@ -132,6 +133,9 @@ class TableReader {
 
   // "FILE:LINE: [[body]] 'crank': key 'length' MESSAGE"
   [[noreturn]] void fail(std::string_view key, const std::string& message) const;
+  // Notes the same as a doubt of the scene, which a run warns of.
+  void doubt(std::string_view key, const std::string& message) const;
+  bool unitless(std::string_view key) const;  // a number or an array of them that is there, without a unit
   // "FILE:LINE: [[body]] 'crank': MESSAGE"
   [[noreturn]] void fail(const std::string& message) const;
 
@@ -143,7 +147,10 @@ class TableReader {
   std::vector<double> checked_numbers(std::string_view key, const TomlValue& value, std::size_t low, std::size_t high,
                                       std::span<const Range> ranges) const;
   std::string full_key(std::string_view key) const;
-  std::string place(int line) const;  // "FILE:LINE"; "FILE" of what no line of it says (--set)
+  // Notes as a doubt of the scene an angle without a unit that looks like degrees.
+  void doubt_degrees(std::string_view key, const TomlValue& value, const Range& range, double x) const;
+  std::string key_at(std::string_view key) const;  // "FILE:LINE: [[body]] 'crank': key 'length'"
+  std::string place(int line) const;               // "FILE:LINE"; "FILE" of what no line of it says (--set)
 
   const TomlValue* table_;
   const Parameters* parameters_ = nullptr;

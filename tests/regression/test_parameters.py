@@ -414,6 +414,61 @@ name = "i"
     near(simulate(folder, group)["i:m"][0], -107.0, 1e-9, "units in a group whose parameters and outputs have their names")
 
 
+def meant_in_other_units(folder):
+    """Numbers without a unit that look like degrees or like MPa and t/mm^3 are read in SI, with a warning that says what to write."""
+
+    def said(old, new):
+        text = (
+            head
+            + rod % {"name": "arm", "mass": 1, "inertia": 1, "half": 0.5, "length": 1}
+            + pin % {"name": "arm", "parent": "ground", "child": "arm"}
+        )
+        text += '[[body]]\nname = "bar"\nkind = "beam"\nmodel = "finite-element"\nlength = 1\nsection = { shape = "rectangle", '
+        text += "width = 0.02, height = 0.03 }\nmaterial = { density = 7850, youngs_modulus = 2.1e11 }\n"
+        text += '[[joint]]\nname = "clamp"\nkind = "weld"\nparent = "ground"\nchild = "bar"\nrotation = [0, 0, 1.5]\n' + angle % {
+            "name": "arm"
+        }
+        expect(old in text, f"{old} is not in the scene")
+        (folder / "s.toml").write_text(text.replace(old, new).replace("0.5\n", "0.01\n", 1))
+        out = run("check", folder / "s.toml").stdout
+        return " ".join(line for line in out.splitlines() if line.startswith("WARNING") and "s.toml" in line)
+
+    turned, held, made = "rotation = [0, 0, 1.5]", 'name = "arm"\nkind = "revolute"', "density = 7850, youngs_modulus = 2.1e11"
+    for old, new, words in (
+        (turned, turned, ()),
+        (turned, "rotation = [0, 0, 90]", ("'clamp'", "'rotation'", "90 deg", "14.3 turns")),
+        (turned, 'rotation = "[0, 0, 22.5]"', ("22.5 deg",)),
+        (turned, 'rotation = [0, 0, "90 deg"]', ()),
+        (turned, 'rotation = [0, 0, "90 rad"]', ()),
+        (turned, "rotation = { axis = [0, 0, 1], angle = -45 }", ("'rotation.angle'", "-45 deg")),
+        (turned, 'rotation = { euler = "zxz", angles = [0, 0, 30] }', ("'rotation.angles'", "30 deg")),
+        (turned, "rotation = [0, 0, 12.566370614359172]", ()),
+        ("height = 0.03", "height = 0.03, angle = 45", ("'section.angle'", "45 deg")),
+        ("width = 0.02, height = 0.03", "width = 20, height = 30", ("'section'", "35 m deep", "1 m long", "mm")),
+        ("width = 0.02, height = 0.03", 'width = "20 mm", height = "30 mm"', ()),
+        (held, held + "\ninitial = { value = -60 }", ("'initial.value'", "-60 deg")),
+        (held, held + "\ninitial = { rate = 300 }", ()),
+        (held, held + '\nstop = { lower = -45, upper = "45 deg", stiffness = 100 }', ("'stop.lower'", "-45 deg")),
+        (held, held + "\nmotion = { table = [[0, 0], [1, 90], [2, 100]] }", ()),
+        (made, "density = 7850, youngs_modulus = 210000", ("'material.density'", "in MPa?")),
+        (made, "density = 7.85, youngs_modulus = 2.1e11", ("in g/cm^3?",)),
+        (made, "density = 7.85e-9, youngs_modulus = 2.1e5", ("in t/mm^3 and MPa?",)),
+        (made, "density = 7850, youngs_modulus = 210", ("in GPa?",)),
+        (made, 'density = 7850, youngs_modulus = "210000 Pa"', ()),
+        (made, "density = 2770, youngs_modulus = 5e7", ()),
+        (made, made + " }\ndamping = { ratio = 2", ("'damping.ratio'", '"2 %"')),
+        (made, made + ' }\ndamping = { ratio = "2 %"', ()),
+        (made, made + ' }\ndamping = { ratio = "200 %"', ()),
+        (made, made + " }\ndamping = { ratio = [0.01, 0.02, 1.5]", ('"1.5 %"',)),
+        ("-9.81, 0]", "-9810, 0]", ("'gravity'", '"9810 mm/s^2"')),
+        ("-9.81, 0]", '"-9810 mm/s^2", 0]', ()),
+        (made, "density = 1, youngs_modulus = 2e11", ()),
+    ):
+        warned = said(old, new)
+        expect(all(word in warned for word in words), f"{new}: {words} not all in {warned!r}")
+        expect(bool(words) == bool(warned), f"{new}: warned {warned!r}")
+
+
 def places(folder):
     # A mass on a spring from a named place hangs at rest length + m g / k.
     text = (
@@ -501,6 +556,7 @@ with temporary_folder() as folder:
     words_in_expressions(folder)
     shares_and_speeds(folder)
     two_ways(folder)
+    meant_in_other_units(folder)
     four_bar(folder)
     places(folder)
     relative_outputs(folder)
