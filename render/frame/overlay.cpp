@@ -11,6 +11,7 @@
 #include <concepts>
 #include <cstring>
 #include <numbers>
+#include <optional>
 
 namespace flexframe::render {
 namespace {
@@ -366,7 +367,10 @@ void draw_plot(Sheet& sheet, const Picture& picture, const Layout& all, std::siz
   }
 }
 
-// Labels next to their points, tried on four sides; one that would cover another is left out.
+// Labels next to their points, or farther off where they would cover others; what finds no room is left out.
+bool lies_in(const glm::dvec4& box, const PixelRect& area) {
+  return box.x >= area.x && box.y >= area.y && box.z <= area.x + area.width && box.w <= area.y + area.height;
+}
 bool overlap(const glm::dvec4& a, const glm::dvec4& b) { return a.x < b.z && b.x < a.z && a.y < b.w && b.y < a.w; }
 
 // The line of a dimension on the picture; empty if a point of it is behind the viewer.
@@ -441,13 +445,17 @@ void draw_dimensions(Sheet& image, const Picture& picture, const ViewFrame& fram
     const double w = text_width(dimension.text, size), h = cap_height(size);
     const double beside = 0.5 * (std::abs(away.x) * w + std::abs(away.y) * h) + 0.9 * size;
     const bool within = line.size() == 2 && length > 1.5 * w + 4.0 * head;
-    const glm::dvec2 places[] = {middle + (within ? glm::dvec2(0.0) : beside * away), middle + beside * away, middle - beside * away,
-                                 middle + 2.0 * beside * away, middle - 2.0 * beside * away};
+    const glm::dvec2 places[] = {middle + (within ? glm::dvec2(0.0) : beside * away),
+                                 middle + beside * away,
+                                 middle - beside * away,
+                                 middle + 2.0 * beside * away,
+                                 middle - 2.0 * beside * away,
+                                 middle + 3.0 * beside * away,
+                                 middle - 3.0 * beside * away};
     for (const glm::dvec2& centre : places) {
       const glm::dvec2 p(centre.x - 0.5 * w, centre.y + 0.5 * h);
       const glm::dvec4 box(p.x - 3.0, p.y - h - 3.0, p.x + w + 3.0, p.y + descent(size) + 2.0);
-      const PixelRect& a = frame.area;
-      if (box.x < a.x || box.y < a.y || box.z > a.x + a.width || box.w > a.y + a.height) continue;
+      if (!lies_in(box, frame.area)) continue;
       if (std::any_of(taken.begin(), taken.end(), [&](const glm::dvec4& other) { return overlap(box, other); })) continue;
       taken.push_back(box);
       fill_rectangle(image, {box.x, box.y, box.z - box.x, box.w - box.y}, {rim, 0.85f}, 0.3 * size);
@@ -530,18 +538,28 @@ void draw_labels(Sheet& image, const Picture& picture, const SceneBelow& below, 
       const std::string text = hidden ? label.text + " (hidden)" : label.text;
       const double size = std::max(9.0, static_cast<double>(label.size) * picture.overlay.text_scale * layout.unit);
       const double w = text_width(text, size), h = cap_height(size), gap = 0.7 * size;
-      // With a leader as far off as two and a half lines, else beside the point.
-      const double far = label.leader ? 2.6 * size : 0.0;
-      const glm::dvec2 places[] = {{gap + far, -0.4 * gap - far}, {gap + far, h + 0.6 * gap + far}, {-gap - w - far, -0.4 * gap - far},
-                                   {-0.5 * w, -gap - 1.4 * far},  {-0.5 * w, gap + h + 1.4 * far},  {-gap - w - far, h + 0.6 * gap + far}};
-      for (const glm::dvec2& offset : places) {
-        const glm::dvec2 p = at + offset;
-        const glm::dvec4 box(p.x - 2.0, p.y - h - 2.0, p.x + w + 2.0, p.y + descent(size) + 2.0);
-        const PixelRect& a = frame.area;
-        if (box.x < a.x || box.y < a.y || box.z > a.x + a.width || box.w > a.y + a.height) continue;
-        if (std::any_of(taken.begin(), taken.end(), [&](const glm::dvec4& other) { return overlap(box, other); })) continue;
+      const auto box_at = [&](const glm::dvec2& p) {
+        return glm::dvec4(p.x - 2.0, p.y - h - 2.0, p.x + w + 2.0, p.y + descent(size) + 2.0);
+      };
+      // Beside the point, or with a leader two and a half lines off; where there is no room, with a leader farther off.
+      const double far = 2.6 * size;
+      for (const double off : {label.leader ? far : 0.0, label.leader ? 2.0 * far : far, 3.0 * far}) {
+        const std::optional<glm::dvec2> free = [&]() -> std::optional<glm::dvec2> {
+          const glm::dvec2 places[] = {{gap + off, -0.4 * gap - off},      {gap + off, h + 0.6 * gap + off},
+                                       {-gap - w - off, -0.4 * gap - off}, {-0.5 * w, -gap - 1.4 * off},
+                                       {-0.5 * w, gap + h + 1.4 * off},    {-gap - w - off, h + 0.6 * gap + off}};
+          for (const glm::dvec2& offset : places) {
+            const glm::dvec4 box = box_at(at + offset);
+            if (lies_in(box, frame.area) &&
+                std::none_of(taken.begin(), taken.end(), [&](const auto& other) { return overlap(box, other); }))
+              return at + offset;
+          }
+          return std::nullopt;
+        }();
+        if (!free) continue;
+        const glm::dvec4 box = box_at(*free);
         taken.push_back(box);
-        if (label.leader) {
+        if (off > 0.0) {
           const glm::dvec2 end(std::clamp(at.x, box.x, box.z), std::clamp(at.y, box.y, box.w));
           const std::array<glm::dvec2, 2> line = {at, end};
           const glm::vec3 ink = picture.overlay.dark ? glm::vec3(0.9f) : label.color;
@@ -549,9 +567,9 @@ void draw_labels(Sheet& image, const Picture& picture, const SceneBelow& below, 
         }
         // A light rim keeps the words readable over bodies.
         const glm::vec3 rim = picture.overlay.dark ? glm::vec3(0.1f) : glm::vec3(1.0f);
-        fill_rectangle(image, {box.x - 1.0, box.y - 1.0, box.z - box.x + 2.0, box.w - box.y + 2.0}, {rim, label.leader ? 0.8f : 0.55f},
+        fill_rectangle(image, {box.x - 1.0, box.y - 1.0, box.z - box.x + 2.0, box.w - box.y + 2.0}, {rim, off > 0.0 ? 0.8f : 0.55f},
                        0.3 * size);
-        draw_text(image, p, text, size, picture.overlay.dark ? glm::vec3(0.95f) : label.color);
+        draw_text(image, *free, text, size, picture.overlay.dark ? glm::vec3(0.95f) : label.color);
         break;
       }
     }
