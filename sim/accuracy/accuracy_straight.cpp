@@ -343,8 +343,9 @@ std::optional<Finished> Straight::go(const Scene& as_given) {
         if (std::optional<Finished> f = try_following()) return f;
         if (std::optional<Finished> f = try_few(as_given, t_.search, few_or_try())) return f;
       }
-      // A run so far from the motion calls for what its own errors look like.
-      if (by_time_ == Verdict::tighter && needed_ > far_off) {
+      // A run so far from the motion calls for what its own errors look like; where the next one takes seconds it has that, not twice.
+      const bool once = t_.search.pictures && next_work() > dear_if_exaggerated;
+      if (by_time_ == Verdict::tighter && needed_ > far_off && !once) {
         t_.search = uncalled;
         allowed_ = next_allowed();
         tighten(last);
