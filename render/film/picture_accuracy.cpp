@@ -56,7 +56,7 @@ double largest_motion(const sim::Results& results) {
 // The run that tells cameras and scales. Deformations are exaggerated by the largest: what beams go without must not be most of it, as
 // stretching is where nothing bends; they are judged by that (LeftOutWorth::shown).
 // every: so many times as many samples, between which less moves unseen.
-sim::Results pilot_run(const sim::Scene& as_given, int every, const sim::SimulateOptions& options) {
+sim::JudgedRun pilot_run(const sim::Scene& as_given, int every, const sim::SimulateOptions& options) {
   sim::Scene scene = as_given;
   scene.simulation.output_rate *= every;
   sim::SimulateOptions o = options;
@@ -67,7 +67,7 @@ sim::Results pilot_run(const sim::Scene& as_given, int every, const sim::Simulat
   for (const double tolerance : pilot_tolerances) {
     o.tolerance = tolerance;
     try {
-      return sim::run_judged(scene, o, counts_for_scale).results;
+      return sim::run_judged(scene, o, counts_for_scale);
     } catch (const sim::SimulationError&) {
       if (tolerance == pilot_tolerances.back()) throw;
     }
@@ -228,7 +228,8 @@ sim::Results simulate_for_pictures(const sim::Scene& scene, const RenderSettings
   plain.simulation.accuracy.reset();
   plain.simulation.tolerance.reset();
   const int every = pilot_samples(plain);
-  const sim::Results pilot = pilot_run(plain, every, options);
+  const sim::JudgedRun told = pilot_run(plain, every, options);
+  const sim::Results& pilot = told.results;
   Animation first = make_animation(pilot, settings, &plain);
   WayShares way = way_shares(first, plain, asked.pixels);
   if (every > 1) {
@@ -247,6 +248,7 @@ sim::Results simulate_for_pictures(const sim::Scene& scene, const RenderSettings
   sim::SimulateOptions o = options;
   o.tolerance.reset();
   o.accuracy.reset();
+  o.weight_shares = told.shares;  // else each run whose motion is far below the mechanism's size finds them by one more
   const auto found = std::make_shared<sim::RememberedSettings>();
   sim::SettingsMemory kept_in;
   Question question = make_question(plain, first, asked.pixels, for_simulation);

@@ -283,7 +283,12 @@ double check_result(const Task& t, const Finished& found, double accuracy, Resul
   report_neglected(found.scene, t.search.states, found.looser, check, accuracy, s);
   // Volumes that the search chose were judged by a few more of them, all beams at once: where each still bends far, twice as many tell.
   const std::vector<LinearLimit>& limits = found.limits;
-  ModelCheckOptions models{accuracy, check_budget(s.work), check, {}};
+  // Of one that is warned of in any case the models are not worth as much as it took.
+  constexpr double in_all = 8.0;  // CPU s
+  const double budget = found.ends_search   ? std::max(0.0, in_all - s.work)
+                        : t.search.pictures ? check_budget_of_pictures(s.work)
+                                            : check_budget(s.work);
+  ModelCheckOptions models{accuracy, budget, check, {}};
   for (size_t b = 0; b < found.scene.bodies.size(); ++b)
     if (std::holds_alternative<BeamDef>(found.scene.bodies[b].kind) && !t.search.chooses(b)) models.unjudged.push_back(b);
   const BendingWorth worth = check_models(found.scene, t.search.states, limits, found.looser, models, s).bending;
@@ -530,6 +535,10 @@ Results simulate_to_accuracy(const Scene& as_given, double accuracy, const Simul
     nearest = straight.nearest, written = straight.written;
     if (std::optional<Finished> found = go_straight(straight, as_given, left))
       return stated(straight, std::move(*found), {start, begun, 0.0, 0.0, {}, true}, memory);
+    if (*written && (*written)->ends_search) {
+      straight.search.states = (*written)->states;
+      return stated(straight, std::move(**written), {start, begun, 0.0, 0.0, {}}, memory);
+    }
     lacking = std::move(straight.lacking);
   }
   // What the motion needs of the effects that are "auto", told by a loose run: the search weighs these and the others by pairs.

@@ -32,7 +32,7 @@ constexpr double tail_of_forces = 2.0, after_a_blow = 1.4;
 // search of 16 CPU s).
 constexpr double loosely_judged = 0.3, clearly = 0.7, surely = 2.0;
 // What a run looser than `clear` may err by in time, of what is asked: loose runs judge modes then too.
-constexpr double small_in_time = 0.05;
+constexpr double small_in_time = 0.05, small_in_pictures = 0.12;
 // The elements behind half as many modes more are twice as many with this: they err by their number's square or its fourth power.
 constexpr double more_elements = 4.0 / 3.0;
 // What a round of refinement is thought to bring, however little the last one did (every second mode may have no part in the motion), and
@@ -197,7 +197,8 @@ bool Followed::settle_time(double timely) {
       if (t.coarse.values.size() == 0) t.coarse = out.looser;
       if (t.rigid.size() == 0) t.rigid = t.left_out = MatX::Zero(out.looser.values.rows(), out.looser.values.cols());
       time = share * relative(out.looser, *here);
-      const double enough = setting.tolerance > 1.01 * t.clear ? std::min(small_in_time * t.accuracy, timely) : timely;
+      const double small = search.pictures ? small_in_pictures : small_in_time;
+      const double enough = setting.tolerance > 1.01 * t.clear ? std::min(small * t.accuracy, timely) : timely;
       if (largest(time) <= enough || setting.tolerance <= tightest) break;
       step = std::pow(0.25 * t.accuracy / largest(time), 1.0 / cautious_order);
     }

@@ -120,6 +120,7 @@ Search::Search(const Scene& scene, const SimulateOptions& options) : scene_(scen
   cheap_ = system.plane || matrix_is_cheap(system);
   bodies_ = resolvable_bodies(scene_, system.model);
   reads_forces = std::any_of(scene_.outputs.begin(), scene_.outputs.end(), [](const OutputDef& o) { return is_force(o.quantity); });
+  pictures = std::any_of(scene_.outputs.begin(), scene_.outputs.end(), [](const OutputDef& o) { return o.size > 0.0; });
   for (const Part& p : system.model.parts) elastic = elastic || p.body.n > 0;
   for (const Part& p : system.model.parts) undamped = undamped && p.body.De.size() == 0;
   for (const Part& p : system.model.parts)
@@ -421,6 +422,7 @@ Histories Search::run(const Scene& scene) {
   SimulateOptions o;
   o.method = method;
   o.samples = compared_samples;
+  o.weight_shares = options_->weight_shares;
   o.progress = [this](double) {
     if (work_seconds() > until) throw SearchSpent{};
     if (options_->progress) options_->progress(0.0);
@@ -435,6 +437,7 @@ std::optional<Histories> Search::run_within(const Scene& scene, double seconds, 
   SimulateOptions o;
   o.method = method;
   o.samples = compared_samples;
+  o.weight_shares = options_->weight_shares;
   const double start = work_seconds();
   if (start > until) throw SearchSpent{};
   struct TooLong {};

@@ -113,6 +113,7 @@ class Search {
   // the shapes of forces at rest stand beside them (reaction of an arm that starts up: 0.08 and 0.03 with 16 and 48 modes, 4e-5 with
   // three and these).
   bool reads_forces = false;
+  bool pictures = false;           // outputs are places of pictures, which have sizes
   bool undamped = true;            // no body damps its own vibrations
   bool rings = true;               // no body damps them by more than a tenth of critical damping
   bool touches = false;            // dry friction, stops, contacts: events that lie where the motion puts them

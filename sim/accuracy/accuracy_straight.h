@@ -22,10 +22,11 @@ class Straight {
   explicit Straight(Task& task) : t_(task) {}
   std::optional<Finished> go(const Scene& as_given);
   std::optional<StraightRun> left;  // go_straight
+  void keep_last();
 
  private:
   // Shares of the asked accuracy that time, space and what is left out may take each.
-  static constexpr double share_of_time = 0.5, share_of_space = 0.5, share_of_effects = 0.5;
+  static constexpr double share_of_time = 0.5, most_of_time = 0.75, share_of_space = 0.5, share_of_effects = 0.5;
   // Estimates of elastic scenes as written were up to 3.4 times too low (pendulums and released beams of tests/trust/kinds_asked.py).
   static constexpr double elastic_margin = 5.0;
   // Where so little is missing half a decade does, which with a looser run of its own costs less than a decade that costs so many times
@@ -40,6 +41,8 @@ class Straight {
   // The next run is not made where it costs that much, s, and so many times the last one (beam on a stop at 1e-3, its 30 coordinates
   // followed at 1e-8: 2 CPU s and no end).
   static constexpr double dear_step = 0.3, dearer_step = 5.0;
+  // What is exaggerated takes a search of ten CPU s or more (four-bar, a hundred times for 3 px: 8 s, where the next step takes one).
+  static constexpr double dear_if_exaggerated = 1.5;
 
   enum class Verdict { kept, tighter, rather_follow, follow, lost };
 
@@ -88,7 +91,7 @@ class Straight {
   void report_chosen(Finished& f) const;
   Finished as_written() const;
   double add_up(Finished& f, double of_time, double of_space, double of_effects) const;
-  void keep_written();
+  void keep_written(double by_energy = 0.0);
   std::optional<Finished> finish_as_written();
   std::optional<Finished> follow_vibrations(double within);
   std::optional<Finished> followed(double within) const;
@@ -120,6 +123,8 @@ class Straight {
   // Distances in pictures are shares of the picture: what tolerances and modes have to keep is a share of what is moved (DECISIONS).
   // pictured_: how much of the sizes of outputs they move by, 1 where that is not known.
   double asked() const { return std::max(t_.accuracy, std::min(coarsest, t_.accuracy / pictured_)); }
+  // Whether pictures show a share of what is moved that is larger than what is asked (exaggerated, or seen from near).
+  bool exaggerated() const { return pictured_ < 0.3; }
   void begin_with_few();
   static constexpr double coarsest = 0.1;
   double pictured_ = 1.0;
@@ -149,6 +154,9 @@ class Straight {
   double lost_before_ = 0.0;                              // the same of the run before where that was too far off to tell, else 0
   MatX time_, space_;                                     // by which a run is accepted
   MatX told_;                                             // of time, what is told
+  bool timed_ = false;                                    // run_ has been judged in time
+  Histories judge_;                                       // by this looser run, where pictures are asked for
+  double lost_ = 0.0;                                     // what its energy said
   std::optional<Histories> other_;                        // the last run by which space was judged
   double other_at_ = 0.0;                                 // its tolerance
   double allowed_ = longest;                              // CPU s of the next run

@@ -78,8 +78,10 @@ std::optional<Finished> Straight::followed(double within) const {
   // more, but for a tenth (pendulum, slider-crank at 1e-3: tried in vain, a quarter of the run's price), what samples by far less.
   constexpr double a_tenth = 0.05;
   task.clear = std::clamp(clear, 1e-10, 1e-4);
-  const bool looser = task.clear >= free_at_least && (!t_.search.undamped || asked >= a_tenth);
-  const double start = looser ? std::min(10.0 * task.clear, 1e-4) : task.clear;
+  // What is exaggerated in pictures is asked for more than what it moves by: there one that just does not sample is tried first, as it may
+  // be far nearer than such accuracies take (arm of the template for 1 px: 0.4 CPU s a run in place of 0.8).
+  const bool looser = !t_.search.undamped ? task.clear >= free_at_least || exaggerated() : task.clear >= free_at_least && asked >= a_tenth;
+  const double start = looser ? std::clamp(10.0 * task.clear, free_at_least, 1e-4) : task.clear;
   task.setting = {Search::level_for_modes(few ? few_at_first : std::min(modes, most_at_first)), start};
   // However stiff, a body may carry what makes it bend, and no judge would see that it is rigid (three welded beams in space, the shortest
   // rigid: 0.53 of the range, told as 7e-4).
@@ -167,7 +169,9 @@ double Straight::most_for_few() const {
 
 double Straight::allowed_to_follow() const {
   if (few_ > 0) return shortest;
-  return t_.search.rings ? std::max(0.3, run_.results.statistics.work) : allowed_to_try();
+  // What is exaggerated is asked for so much that the other ways are decades of tighter steps and a search.
+  constexpr double least = 0.3, least_exaggerated = 1.5;
+  return t_.search.rings ? std::max(exaggerated() ? least_exaggerated : least, run_.results.statistics.work) : allowed_to_try();
 }
 
 // Once; where no search could do with fewer modes, again for several times as long, as the steps over vibrations have become that dear.

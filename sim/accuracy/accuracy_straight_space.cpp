@@ -1,4 +1,5 @@
 #include "sim/accuracy/accuracy_straight.h"
+#include "sim/base/work_clock.h"
 
 #include <algorithm>
 #include <optional>
@@ -42,8 +43,15 @@ VecX Straight::sizes_of(const Histories& h) const {
 // What this run lacks by another one, `other` of it in places, rates and forces each.
 bool Straight::space_by(const Scene& other, const ByKind& shares) {
   const Histories thinned = at_times(fine_, looser_.times);
+  // One with more modes takes a multiple of the run where bodies touch, and no search of pictures does with less.
+  constexpr double dearer_with_modes = 4.0, longest_judge = 8.0;  // CPU s
+  const double work = run_.results.statistics.work;
+  const bool richer = few_ > 0 && t_.search.pictures && t_.search.touches;
+  if (richer) t_.search.until = until_ = std::max(until_, work_seconds() + std::min(dearer_with_modes * work, longest_judge));
   for (const double at : {10.0 * tolerance_, tolerance_}) {
-    const std::optional<Histories> run = loose_run(other, at);
+    Scene scene = other;
+    scene.simulation.tolerance = at;
+    const std::optional<Histories> run = richer ? t_.search.run_within(scene, dearer_with_modes * work) : loose_run(other, at);
     const Histories& against = at > tolerance_ ? looser_ : thinned;
     if (!run || run->columns != against.columns || run->times.size() != against.times.size()) return false;
     space_ = run->values - against.values;

@@ -125,8 +125,13 @@ Straight::Verdict Straight::judge_time(const Scene& scene) {
   before_ = change, before_at_ = tolerance_;
   const double missing = energy_share(), lost = decade ? as_seen(missing, change) : missing;
   missed_ = missing, judged_at_ = tolerance_;
+  timed_ = true, lost_ = lost;
+  if (t_.search.pictures) judge_ = looser_;
   const double in_time = largest(time_) / (share_of_time * t_.accuracy), needed = needed_ = std::max(in_time, lost / t_.accuracy);
-  if (needed <= 1.0) {
+  // Pictures of what has nothing else to judge: where the next run takes seconds a share that leaves a little to the rest will do.
+  const bool enough = t_.search.pictures && !t_.search.has_levels() && next_work() > dear_if_exaggerated && lost <= t_.accuracy &&
+                      largest(time_) <= most_of_time * t_.accuracy;
+  if (needed <= 1.0 || enough) {
     const bool looked = look_tighter(scene, thinned, change);
     return (looked ? largest(told_) > share_of_time * t_.accuracy : as_many) ? Verdict::tighter : Verdict::kept;
   }
@@ -137,12 +142,11 @@ Straight::Verdict Straight::judge_time(const Scene& scene) {
   if (vibrates && t_.search.rings && needed > 30.0) return Verdict::follow;
   // With few modes that costs less than one more decade; where much lacks, less than the decades that it takes, damped or not.
   constexpr double far = 5.0;
-  const bool short_steps = few_ > 0 ? t_.search.rings : lost > mostly_lost || needed > far;
+  const bool dear = next_work() > std::max(exaggerated() ? dear_if_exaggerated : dear_step, dearer_step * run_.results.statistics.work);
+  const bool short_steps = few_ > 0 ? t_.search.rings : lost > mostly_lost || needed > far || (dear && exaggerated() && !tried_);
   if (vibrates && short_steps) return Verdict::rather_follow;
   // With few modes a search finds as much for less.
-  if (few_ == 0 && t_.search.elastic && t_.search.has_levels() &&
-      next_work() > std::max(dear_step, dearer_step * run_.results.statistics.work))
-    return Verdict::lost;
+  if (few_ == 0 && t_.search.elastic && t_.search.has_levels() && dear) return Verdict::lost;
   // So far off a run tells nothing but that: cheap ones go on as long as they come nearer.
   constexpr double lost_from = 1000.0, nearer = 0.3;
   const bool goes_on = next_work() <= dear_step && (lost_before_ <= 0.0 || needed <= nearer * lost_before_);

@@ -29,6 +29,9 @@ inline constexpr double unlimited = 1e300;
 // CPU s for a check of the models beside a run of so many: richer ones take up to twenty times as long, and nobody waits minutes for that.
 inline double check_budget(double run) { return std::min(std::max(1.0, 20.0 * run), 10.0 + 2.0 * run); }
 
+// The same where places of pictures are asked for, whose tolerances are tight: what a run of seconds is off by there is told by estimates.
+inline double check_budget_of_pictures(double run) { return std::min(check_budget(run), std::max(8.0, 1.5 * run)); }
+
 struct Finished;
 
 struct Task {
@@ -124,6 +127,7 @@ struct Finished {
   double time = 0.0, space = 0.0, effects = 0.0;  // its parts
   double loose_tolerance = 0.0;                   // of `looser`
   std::string unreached;                          // why no search is made where the error is larger than what is asked; empty: the modes
+  bool ends_search = false;                       // none comes nearer in its time
   double cpu() const { return results.statistics.cpu_seconds; }
   double work() const { return results.statistics.work; }
   // Errors of one output at about the same time add up; those of space and of what is left out have nothing to do with each other, and add

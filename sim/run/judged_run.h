@@ -21,6 +21,7 @@ struct JudgedRun {
   std::vector<LinearLimit> limits;         // how far its bodies were bent
   std::vector<LeftOutWorth> left_out;      // deformations that beams go without
   std::vector<LeftOutWorth> second_order;  // stiffening and gyroscopic terms, which a pair of runs tells better
+  std::vector<double> shares;              // of its trees' weights (ErrorWeights), for runs beside it
   std::optional<System> start;             // of the scene, where options.estimate_error: for a looser run (simulate_histories_from)
 };
 

@@ -212,7 +212,7 @@ Results simulate_at(std::optional<double> tolerance, const Scene& scene, const S
           if (judged && strikes) touched = touched || !find_touched(s, t, y).empty();
         },
         indefinite);
-    alone.shares = shares;
+    alone.shares = system.weights.shares;
     alone.blows_unseen = strikes && statistics.events > 0 && !touched;
     wanted = system.weights.narrowed(system);
     Results results = recorder.finish(system);
@@ -329,6 +329,7 @@ Unjudged simulate_once(const Scene& scene, const SimulateOptions& options, bool 
   Unjudged out;
   out.options = options;
   if (called) out.alone.lengthened = called->lengthened;
+  out.alone.shares = options.weight_shares;
   try {
     out.results = simulate_alone(scene, out.options, judge && judges_effects(scene, options), out.alone, indefinite);
   } catch (const LoopsLost& lost) {
@@ -701,6 +702,7 @@ JudgedRun run_judged(const Scene& scene, const SimulateOptions& options, double 
       return with_complete_inertia(out.scene, [&](const Scene& s, int& indefinite) {
         alone = Alone{};
         alone.lengthened = called.lengthened;
+        alone.shares = options.weight_shares;
         SimulateOptions used = options;
         try {
           return simulate_alone(s, used, true, alone, indefinite);
@@ -719,6 +721,7 @@ JudgedRun run_judged(const Scene& scene, const SimulateOptions& options, double 
       out.called = true;
     }
     out.start = std::move(alone.start);
+    out.shares = std::move(alone.shares);
     out.results.statistics.notes.prepend(called.notes);
     out.effects = std::move(alone.effects);
     out.limits = std::move(alone.limits);
