@@ -3,6 +3,8 @@
 
 #include "sim/reduce/fe_elements.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -20,6 +22,7 @@ using FacetEdge = std::pair<int, int>;
 FacetEdge edge_between(int a, int b) { return {std::min(a, b), std::max(a, b)}; }
 
 struct Facet {
+  int element = 0;
   std::vector<int> corners;
   Vec3 normal, middle;
   std::array<int, 4> neighbour{-1, -1, -1, -1};  // across its edges, where the surface goes on
@@ -31,8 +34,21 @@ struct Facet {
 class FacetMesh {
  public:
   explicit FacetMesh(const FeModel& m) : model(m) {
-    for (const FeElement& e : model.elements) add(e);
+    for (size_t i = 0; i < model.elements.size(); ++i) add(model.elements[i], static_cast<int>(i));
     for (const auto& [edge, at] : edges) join(at);
+  }
+
+  // Elements that go on in each other and whose normals look opposite ways.
+  std::vector<std::pair<int, int>> opposite_neighbours() const {
+    std::vector<std::pair<int, int>> out;
+    for (const Facet& f : facets)
+      for (size_t k = 0; k < f.corners.size(); ++k)
+        if (const int other = f.neighbour[k]; other >= 0 && f.side[k] < 0.0 && f.element < facets[other].element)
+          out.emplace_back(f.element, facets[other].element);
+    return out;
+  }
+
+  std::map<FacetEdge, Vec3> rises() {
     for (Facet& f : facets) fit(f);
     separate_folds();
     for (Facet& f : facets) fit(f);
@@ -41,9 +57,6 @@ class FacetMesh {
         rim[edge.first].push_back(edge.second);
         rim[edge.second].push_back(edge.first);
       }
-  }
-
-  std::map<FacetEdge, Vec3> rises() const {
     constexpr double rounding = 1e-5;  // of the edge: what coordinates of a few digits make of a plane
     std::map<FacetEdge, Vec3> out;
     for (const auto& [edge, at] : edges) {
@@ -65,10 +78,11 @@ class FacetMesh {
   std::map<FacetEdge, int> middles;     // nodes of quadratic shells
   std::map<int, std::vector<int>> rim;  // of a node on an edge of the mesh: the next ones along it
 
-  void add(const FeElement& e) {
+  void add(const FeElement& e, int index) {
     if (!fe_is_shell(e.shape)) return;
     const int count = e.shape == FeShape::triangle3 || e.shape == FeShape::triangle6 ? 3 : 4;
     Facet f;
+    f.element = index;
     f.corners.assign(model.connectivity.begin() + e.first, model.connectivity.begin() + e.first + count);
     Mat3X X(3, count);
     for (int i = 0; i < count; ++i) X.col(i) = model.nodes[f.corners[i]];
@@ -295,7 +309,7 @@ void add_triangle(double mass, const Vec3& a, const Vec3& b, const Vec3& c, doub
   second += part / 12.0 * (corners * corners.transpose() + all * all.transpose());
 }
 
-// A flat shell as it is (as_it_is) and in four; a warped quadrangle's mean plane is what the program takes the mass of.
+// A flat shell as it is and in four; a warped quadrangle's mean plane is what the program takes the mass of.
 void add_flat(const FacetRises& rises, const int* nodes, double mass, const Mat3X& X, FacetMoments& out) {
   const Eigen::Index n = X.cols();
   double whole = 0.0, parts = 0.0;
@@ -330,7 +344,82 @@ void add_flat(const FacetRises& rises, const int* nodes, double mass, const Mat3
   out.smooth_second += parts_second + (parts_second - whole_second) / 3.0;
 }
 
+// What is not the same from both sides of a shell: heights above its nodes of the middles of its mass and of its stiffness (invariants of A
+// and B), m, which change their sign with its normal, and whether layers are turned about it.
+struct Sides {
+  double mass = 0.0, stiffness = 0.0;
+  bool turned = false;
+};
+Sides sides_of(const FeModel& model, const FeElement& e) {
+  Mat3X X(3, e.count);
+  for (int i = 0; i < e.count; ++i) X.col(i) = model.nodes[model.connectivity[e.first + i]];
+  double area = 0.0;
+  const FeShellLaw law = shell_law(model, e, shell_axes(e.shape, X, e.id, area));
+  const auto whole = [](const Mat3& m) { return m(0, 0) + m(1, 1) + 2.0 * m(0, 1); };
+  Sides out;
+  out.mass = law.m0 > 0.0 ? law.m1 / law.m0 : 0.0;
+  out.stiffness = whole(law.B) / whole(law.A);
+  if (e.section >= 0)
+    for (const FeLayer& l : model.layups[e.section].layers) out.turned = out.turned || std::abs(std::sin(2.0 * l.angle)) > 1e-6;
+  return out;
+}
+
+std::string opposite_shells(const FeModel& model) {
+  constexpr double same = 1e-3;  // of the thickness
+  int count = 0;
+  std::pair<int, int> first;
+  for (const auto& [a, b] : FacetMesh(model).opposite_neighbours()) {
+    const FeElement &one = model.elements[a], &other = model.elements[b];
+    if (one.section < 0 && other.section < 0) continue;
+    const Sides p = sides_of(model, one), q = sides_of(model, other);
+    const double thickness = std::max(one.thickness, other.thickness);
+    if (std::max(std::abs(p.mass + q.mass), std::abs(p.stiffness + q.stiffness)) <= same * thickness && !p.turned && !q.turned) continue;
+    if (count++ == 0) first = {a, b};
+  }
+  if (count == 0) return {};
+  return fmt::format(
+      "{}: the normals of {} pairs of neighbouring shells look opposite ways (elements {} and {} for one) though their walls are beside "
+      "their "
+      "nodes (OFFSET, ZOFFS, Z0) or their layers are not the same from both sides: these change sides there, and mass, stiffness and "
+      "frequencies with them; turn the order of nodes of one of the two around",
+      model.file, count, model.elements[first.first].id, model.elements[first.second].id);
+}
+
+std::string doubled_shells(const FeModel& model) {
+  std::map<std::vector<int>, std::vector<int>> met;
+  int count = 0;
+  std::pair<int, int> first;
+  for (size_t i = 0; i < model.elements.size(); ++i) {
+    const FeElement& e = model.elements[i];
+    if (!fe_is_shell(e.shape)) continue;
+    std::vector<int> nodes(model.connectivity.begin() + e.first, model.connectivity.begin() + e.first + e.count);
+    std::sort(nodes.begin(), nodes.end());
+    std::vector<int>& others = met[nodes];
+    // A skin and what stiffens it may share nodes: then they are not the same.
+    for (const int k : others)
+      if (const FeElement& o = model.elements[k]; o.material == e.material && o.thickness == e.thickness && o.section == e.section) {
+        if (count++ == 0) first = {static_cast<int>(i), k};
+        break;
+      }
+    others.push_back(static_cast<int>(i));
+  }
+  if (count == 0) return {};
+  return fmt::format(
+      "{}: {} shells lie on the same nodes as others of the same thickness and material (element {} on those of element {}): their mass "
+      "and "
+      "stiffness count twice; take them out if they were written twice",
+      model.file, count, model.elements[first.first].id, model.elements[first.second].id);
+}
+
 }  // namespace
+
+std::vector<std::string> shells_in_doubt(const FeModel& model) {
+  std::vector<std::string> out;
+  if (model.matrices) return out;
+  for (std::string text : {doubled_shells(model), opposite_shells(model)})
+    if (!text.empty()) out.push_back(std::move(text));
+  return out;
+}
 
 FacetRises::FacetRises(const FeModel& model) {
   if (std::any_of(model.elements.begin(), model.elements.end(), [](const FeElement& e) { return fe_is_shell(e.shape); }))

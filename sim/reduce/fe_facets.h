@@ -10,7 +10,9 @@
 #include "sim/reduce/fe_model.h"
 
 #include <map>
+#include <string>
 #include <utility>
+#include <vector>
 
 namespace flexframe::sim {
 
@@ -34,5 +36,9 @@ struct FacetMoments {
   Mat3 second = Mat3::Zero(), smooth_second = Mat3::Zero();  // about `centre`, kg m^2
 };
 FacetMoments facet_moments(const FeModel& model, const Vec3& centre);
+
+// Warnings of shells that lie on the same nodes as others of the same kind, and of neighbours that look opposite ways though their wall or
+// their layers are not the same from both sides.
+std::vector<std::string> shells_in_doubt(const FeModel& model);
 
 }  // namespace flexframe::sim

@@ -115,8 +115,14 @@ class Reducer {
                        model.node_ids[reduced.idle[0]]));
     choose_nodes();
     lap("assembly");
-    factorise();
-    find_fields();
+    try {
+      factorise();
+      find_fields();
+    } catch (const InputError& error) {
+      throw InputError(error.what() + membranes(error.what()));
+    } catch (const SimulationError& error) {
+      throw SimulationError(error.what() + membranes(error.what()));
+    }
     make_body();
     return std::move(out);
   }
@@ -151,10 +157,25 @@ class Reducer {
     clock = now;
   }
 
+  // Where a mechanism is refused: the shells that may be its cause.
+  std::string membranes(const std::string& refusal) const {
+    if (refusal.find("mechanism") == std::string::npos) return {};
+    const auto found = std::find_if(model.elements.begin(), model.elements.end(), [&](const FeElement& e) {
+      return fe_is_shell(e.shape) && e.section >= 0 && model.layups[e.section].bending == 0.0;
+    });
+    if (found == model.elements.end()) return {};
+    return fmt::format(
+        ". {}: element {} and those like it are membranes (PSHELL without MID2), which resist nothing across their surface where it is "
+        "flat: "
+        "give the PSHELL MID2 = MID1",
+        place_of(model, *found), found->id);
+  }
+
   void check() {
     check_model(model);
     report().notes = model.notes;
     report().warnings = model.warnings;
+    for (std::string& text : shells_in_doubt(model)) report().warnings.push_back(std::move(text));
     if (options.modes < 0) throw InputError("modes: a number >= 0 is expected");
     if ((method == ReduceMethod::guyan || method == ReduceMethod::craig_bampton || method == ReduceMethod::response) &&
         options.interfaces.empty())
@@ -772,7 +793,7 @@ class Reducer {
     else if (jumps)
       note(
           "the error of the mesh is estimated from jumps of the stress, below 1 %: they hardly show twist and what a single layer of "
-          "elements misses; refine the mesh and compare where that may matter");
+          "elements misses, and not what flat shells leave out of a curved surface; refine the mesh and compare where that may matter");
   }
 
   // theta_j x (theta_k x r), symmetric in j and k: second derivatives of the end of an arm that keeps its length.

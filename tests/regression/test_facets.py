@@ -105,4 +105,25 @@ with temporary_folder() as name:
     found = reduced(deck("S4", 6, 16, octagon, closed=True))
     expect(share(found, "the mass is") == 0.0, f"mass of a tube of eight plates: {found['warnings']}")
 
+    # Elements turned around: the wall jumps to the other side where it lies beside its nodes, else nothing changes. Elements written twice.
+    def said(words, **changes):
+        text = deck("S4", 4, 6, disc)
+        rows = text.split("TYPE=S4, ELSET=E\n")[1].split("*NSET")[0].splitlines()
+        for k in changes.get("turned", ()):
+            number, *nodes = rows[k].split(",")
+            text = text.replace(rows[k] + "\n", ",".join([number, *reversed(nodes)]) + "\n")
+        if "again" in changes:
+            text = text.replace("*NSET", "1000," + rows[changes["again"]].split(",", 1)[1] + "\n*NSET", 1)
+        return [
+            w for w in reduced(text.replace("MATERIAL=M\n0", f"MATERIAL=M, OFFSET={changes.get('offset', 0)}\n0"))["warnings"] if words in w
+        ]
+
+    turned = said("look opposite ways", turned=(7, 8), offset=0.5)
+    expect(len(turned) == 1 and "6 pairs" in turned[0] and "OFFSET" in turned[0], f"two shells turned around: {turned}")
+    for changes in ({"turned": (7, 8)}, {"offset": 0.5}):
+        expect(not said("look opposite ways", **changes), f"nothing jumps to the other side: {changes}")
+    again = said("same nodes", again=3)
+    expect(len(again) == 1 and "element 1000 on those of element 4" in again[0], f"a shell written twice: {again}")
+    expect(not said("same nodes"), "no shell is written twice")
+
 finish()
