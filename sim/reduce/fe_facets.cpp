@@ -125,6 +125,11 @@ class FacetMesh {
     facets[one->facet].side[one->edge] = facets[other->facet].side[other->edge] = side_of(*one, *other);
   }
 
+  static bool shares_corner(const Facet& f, const Facet& to) {
+    return std::any_of(to.corners.begin(), to.corners.end(),
+                       [&](int n) { return std::find(f.corners.begin(), f.corners.end(), n) != f.corners.end(); });
+  }
+
   // Corners of f and of the facets that it joins at smooth edges; of a triangle, whose neighbours say too little, of those too that share a
   // corner with it and are reached across smooth edges.
   std::set<int> corners_around(const Facet& f) const {
@@ -137,9 +142,7 @@ class FacetMesh {
       for (const int index : from.neighbour) {
         if (index < 0) continue;
         const Facet& to = facets[index];
-        const bool shares = std::any_of(to.corners.begin(), to.corners.end(),
-                                        [&](int n) { return std::find(f.corners.begin(), f.corners.end(), n) != f.corners.end(); });
-        if (!shares || !met.insert(&to).second) continue;
+        if (!shares_corner(f, to) || !met.insert(&to).second) continue;
         out.insert(to.corners.begin(), to.corners.end());
         if (f.corners.size() == 3) next.push_back(&to);
       }
@@ -209,20 +212,56 @@ class FacetMesh {
     f.curvature = -axes * scale * H * scale.transpose() * axes.transpose();
   }
 
-  // A fold between plates: the surface turns at once there and not beside it, less than a third as much.
+  // Angle at which the facet goes on across its edge k, above 0 where its normal looks outward.
+  double bend_across(const Facet& f, size_t k) const {
+    const Facet& o = facets[f.neighbour[k]];
+    const double angle = std::acos(std::clamp(f.side[k] * f.normal.dot(o.normal), -1.0, 1.0));
+    return f.normal.dot(o.middle - f.middle) < 0.0 ? angle : -angle;
+  }
+
+  // The largest such angle at the facet's next edges that lie as edge k does, and at those that continue them; nullopt: there are none.
+  std::optional<double> next_bend(const Facet& f, size_t k) const {
+    constexpr double along = 0.8;
+    const int a = f.corners[k], b = f.corners[(k + 1) % f.corners.size()];
+    const Vec3 axis = (model.nodes[b] - model.nodes[a]).normalized();
+    std::optional<double> out;
+    std::set<const Facet*> met = {&f, &facets[f.neighbour[k]]};
+    std::vector<std::pair<const Facet*, double>> next = {{&f, 1.0}};
+    while (!next.empty()) {
+      const auto [from, side] = next.back();
+      next.pop_back();
+      for (size_t i = 0; i < from->corners.size(); ++i) {
+        if (from->neighbour[i] < 0) continue;
+        const int p = from->corners[i], q = from->corners[(i + 1) % from->corners.size()];
+        const auto beyond = [&](int n) { return n != a && n != b && std::find(f.corners.begin(), f.corners.end(), n) != f.corners.end(); };
+        const bool touches = p == a || p == b || q == a || q == b;
+        if (!touches && (beyond(p) || beyond(q)) && std::abs((model.nodes[q] - model.nodes[p]).normalized().dot(axis)) > along)
+          if (const double bend = side * bend_across(*from, i); !out || std::abs(bend) > std::abs(*out)) out = bend;
+        const Facet& to = facets[from->neighbour[i]];
+        if (shares_corner(f, to) && met.insert(&to).second) next.emplace_back(&to, side * from->side[i]);
+      }
+    }
+    return out;
+  }
+
+  // A fold between plates: the surface turns at once there and not beside it, where it is flat or turns the other way.
   void separate_folds() {
     constexpr double alike = 0.25;  // a fold between plates has 0.4
-
-    for (const auto& [edge, at] : edges)
-      for (const Place& a : at) {
-        Facet& f = facets[a.facet];
-        if (f.neighbour[a.edge] < 0) continue;
-        Facet& o = facets[f.neighbour[a.edge]];
-        const double angle = std::acos(std::clamp(f.side[a.edge] * f.normal.dot(o.normal), -1.0, 1.0));
-        if (angle <= small_kink || std::max(f.beside, o.beside) <= alike) continue;
-        std::replace(o.neighbour.begin(), o.neighbour.end(), a.facet, -1);
-        f.neighbour[a.edge] = -1;
+    std::vector<std::pair<Facet*, size_t>> folds;
+    for (Facet& f : facets)
+      for (size_t k = 0; k < f.corners.size(); ++k) {
+        if (f.neighbour[k] < 0) continue;
+        const Facet& o = facets[f.neighbour[k]];
+        const double bend = bend_across(f, k);
+        if (std::abs(bend) <= small_kink || std::max(f.beside, o.beside) <= alike) continue;
+        const size_t back = std::find(o.neighbour.begin(), o.neighbour.end(), &f - facets.data()) - o.neighbour.begin();
+        const std::optional<double> here = next_bend(f, k), there = next_bend(o, back);
+        const auto flat = [&](const std::optional<double>& next) { return next && std::abs(*next) < alike * std::abs(bend); };
+        const auto on = [&](const std::optional<double>& next, double side) { return next && side * *next * bend > 0.0; };
+        const bool known = here || there;
+        if (flat(here) || flat(there) || (known && !on(here, 1.0) && !on(there, f.side[k]))) folds.emplace_back(&f, k);
       }
+    for (const auto& [f, k] : folds) f->neighbour[k] = -1;  // each is found from both sides
   }
 
   // Angle by which an edge of the mesh turns at a node: none (below 0) where it branches or has a corner.
