@@ -2,6 +2,7 @@
 #include "sim/reduce/fe_refine.h"
 
 #include "sim/reduce/fe_elements.h"
+#include "sim/reduce/fe_facets.h"
 
 #include <algorithm>
 #include <array>
@@ -213,8 +214,9 @@ Layers single_layers(const FeModel& model) {
 
 class Refinement {
  public:
-  Refinement(const FeModel& m, const std::vector<FeConstraint>& h, FeFiner how) : model(m), held(h), finer(how) {
+  Refinement(const FeModel& m, const std::vector<FeConstraint>& h, FeFiner how) : model(m), held(h), finer(how), rises(m) {
     out.model = m;
+    round_middles();
     out.model.connectivity.clear();
     out.model.elements.clear();
     out.model.node_thickness.clear();
@@ -243,9 +245,31 @@ class Refinement {
   const std::vector<FeConstraint>& held;
   const FeFiner finer;
   FeRefined out;
-  Layers layers;  // where elements become quadratic
+  Layers layers;           // where elements become quadratic
+  const FacetRises rises;  // of shells, whose new nodes lie on the surface that their facets stand for
   std::map<Key, int> made;
   std::map<int, std::vector<int>> between;  // of each new node: the old ones on the edge, the face or in the element that it lies in
+
+  // Middle nodes that lie on the straight sides of quadratic shells move onto the surface.
+  void round_middles() {
+    for (const FeElement& e : model.elements) {
+      if (e.shape != FeShape::triangle6 && e.shape != FeShape::quadrangle8) continue;
+      const int* nodes = &model.connectivity[e.first];
+      const int corners = e.count / 2;
+      for (int k = 0; k < corners; ++k) {
+        const int next = (k + 1) % corners, middle = nodes[fe_middle(e.shape, k, next)];
+        if (const Vec3 rise = rises.of(nodes[k], nodes[next]); !rise.isZero(0.0))
+          out.model.nodes[middle] = 0.5 * (model.nodes[nodes[k]] + model.nodes[nodes[next]]) + rise;
+      }
+    }
+  }
+
+  // From the place of a new node in a flat shell to the surface; sum: its corners, in 64ths.
+  Vec3 rise_at(const FeElement& e, const std::map<int, int>& sum) const {
+    if (e.shape != FeShape::triangle3 && e.shape != FeShape::quadrangle4) return Vec3::Zero();
+    if (sum.size() == 2) return rises.of(sum.begin()->first, sum.rbegin()->first);
+    return e.shape == FeShape::quadrangle4 ? rises.of_middle(&model.connectivity[e.first]) : Vec3::Zero();
+  }
 
   void add(FeElement e, const std::vector<int>& nodes) {
     e.first = static_cast<int>(out.model.connectivity.size());
@@ -285,7 +309,7 @@ class Refinement {
 
   void divide(const FeElement& e, int index) {
     Mat3X X(3, e.count);
-    for (int i = 0; i < e.count; ++i) X.col(i) = model.nodes[model.connectivity[e.first + i]];
+    for (int i = 0; i < e.count; ++i) X.col(i) = out.model.nodes[model.connectivity[e.first + i]];
     if (finer == FeFiner::quadratic && quadratic_shape(e) != e.shape) return raise(e, X, layers[index]);
     const auto thickness = model.node_thickness.find(index);
     for (const Part& part : parts_of(e.shape, X)) {
@@ -322,7 +346,7 @@ class Refinement {
     if (sum.size() == 1) return sum.begin()->first;
     const auto [at, fresh] = made.try_emplace({sum.begin(), sum.end()}, static_cast<int>(out.model.nodes.size()));
     if (!fresh) return at->second;
-    out.model.nodes.emplace_back(X * N);
+    out.model.nodes.emplace_back(X * N + rise_at(e, sum));
     out.model.node_ids.push_back(0);
     auto& interpolated = out.shares[at->second];
     for (int i = 0; i < N.size(); ++i)

@@ -11,7 +11,8 @@ namespace flexframe::sim {
 // once, and for bricks half as large.
 enum class FeFiner { divided, quadratic };
 
-// The nodes of the model keep their indices; new ones follow. Middles lie where the elements' own shape functions have them. A new node
+// The nodes of the model keep their indices; new ones follow. Middles lie where the elements' own shape functions have them, of flat shells
+// on the smooth surface through their corners (fe_facets.h), where middle nodes that are not on it move to. A new node
 // between nodes that are all held, or all tied to one spider, is so too; an averaging spider's weight there is the mean of theirs.
 struct FeRefined {
   FeModel model;

@@ -7,6 +7,7 @@
 #include "sim/reduce/dense_products.h"
 #include "sim/reduce/fe_attachment.h"
 #include "sim/reduce/fe_elements.h"
+#include "sim/reduce/fe_facets.h"
 #include "sim/reduce/fe_further.h"
 #include "sim/reduce/fe_integrals.h"
 #include "sim/reduce/fe_layer_error.h"
@@ -114,8 +115,14 @@ class Reducer {
                        model.node_ids[reduced.idle[0]]));
     choose_nodes();
     lap("assembly");
-    factorise();
-    find_fields();
+    try {
+      factorise();
+      find_fields();
+    } catch (const InputError& error) {
+      throw InputError(error.what() + membranes(error.what()));
+    } catch (const SimulationError& error) {
+      throw SimulationError(error.what() + membranes(error.what()));
+    }
     make_body();
     return std::move(out);
   }
@@ -150,10 +157,25 @@ class Reducer {
     clock = now;
   }
 
+  // Where a mechanism is refused: the shells that may be its cause.
+  std::string membranes(const std::string& refusal) const {
+    if (refusal.find("mechanism") == std::string::npos) return {};
+    const auto found = std::find_if(model.elements.begin(), model.elements.end(), [&](const FeElement& e) {
+      return fe_is_shell(e.shape) && e.section >= 0 && model.layups[e.section].bending == 0.0;
+    });
+    if (found == model.elements.end()) return {};
+    return fmt::format(
+        ". {}: element {} and those like it are membranes (PSHELL without MID2), which resist nothing across their surface where it is "
+        "flat: "
+        "give the PSHELL MID2 = MID1",
+        place_of(model, *found), found->id);
+  }
+
   void check() {
     check_model(model);
     report().notes = model.notes;
     report().warnings = model.warnings;
+    for (std::string& text : shells_in_doubt(model)) report().warnings.push_back(std::move(text));
     if (options.modes < 0) throw InputError("modes: a number >= 0 is expected");
     if ((method == ReduceMethod::guyan || method == ReduceMethod::craig_bampton || method == ReduceMethod::response) &&
         options.interfaces.empty())
@@ -558,25 +580,26 @@ class Reducer {
           100.0 * off / mass));
   }
 
-  // Flat shells have their mass at their nodes: about an axis along a strip of one element it is three times too far out.
+  // Facets leave out what the surface rises between their corners, and have their mass at these: about an axis along a strip of one
+  // element it is three times too far out.
   void judge_inertia(const RigidMass& rigid) {
     if (model.matrices) return;
     const Vec3 c = rigid.md / rigid.mass;
-    Mat3 more = Mat3::Zero();  // int r r^T dm, as it is less as it should be
+    const FacetMoments moments = facet_moments(model, c);
+    judge_mass(moments, rigid);
+    Mat3 more = -moments.smooth_second;  // int r r^T dm, as it is less as it should be
+    bool flat = false;
     for (const FeElement& e : model.elements) {
-      if (e.shape != FeShape::triangle3 && e.shape != FeShape::quadrangle4) continue;
+      if (!fe_is_shell(e.shape)) continue;
       Mat3X X(3, e.count);
-      for (int i = 0; i < e.count; ++i) X.col(i) = model.nodes[model.connectivity[e.first + i]];
+      for (int i = 0; i < e.count; ++i) X.col(i) = model.nodes[model.connectivity[e.first + i]] - c;
       double area = 0.0;
       const double mass = shell_law(model, e, shell_axes(e.shape, X, e.id, area)).m0;
-      X.colwise() -= c;
-      more += mass * area / e.count * X * X.transpose();
-      for (int k = 2; k < e.count; ++k) {
-        Mat3 corners;
-        corners << X.col(0), X.col(k - 1), X.col(k);
-        const Vec3 sum = corners.rowwise().sum();
-        const double part = 0.5 * Vec3(X.col(k - 1) - X.col(0)).cross(Vec3(X.col(k) - X.col(0))).norm();
-        more -= mass * part / 12.0 * (corners * corners.transpose() + sum * sum.transpose());
+      if (e.shape == FeShape::triangle3 || e.shape == FeShape::quadrangle4) {
+        more += mass * area / e.count * X * X.transpose();
+        flat = true;
+      } else {
+        for (const FeShellPoint& p : shell_points(e.shape, X, e.id)) more += mass * p.area * (X * p.N) * (X * p.N).transpose();
       }
     }
     Mat3 J;
@@ -589,17 +612,30 @@ class Reducer {
     for (int k = 0; k < 3; ++k) {
       const Vec3 a = principal.eigenvectors().col(k);
       const double off = more.trace() - a.dot(more * a), share = off / (principal.eigenvalues()(k) - off);
-      if (share > worst) {
+      if (std::abs(share) > std::abs(worst)) {
         worst = share;
         axis = a;
       }
     }
     axis = (axis.array().abs() < 1e-3).select(0.0, axis);
-    if (worst > 0.01)
-      report().warnings.push_back(fmt::format(
-          "the mesh is coarse: its flat shells have their mass at their nodes, which makes the moment of inertia about the axis "
-          "({:.2g}, {:.2g}, {:.2g}) through the centre of mass {:.2g} % too large; refine it across that axis",
-          axis.x(), axis.y(), axis.z(), 100.0 * worst));
+    if (std::abs(worst) > 0.01)
+      report().warnings.push_back(
+          fmt::format("the mesh is coarse: its flat shells {}, which makes the moment of inertia about the axis "
+                      "({:.2g}, {:.2g}, {:.2g}) through the centre of mass {:.2g} % too {}; refine it across that axis",
+                      worst > 0.0 && flat ? "have their mass at their nodes" : "lie beside the curved surface through their corners",
+                      axis.x(), axis.y(), axis.z(), 100.0 * std::abs(worst), worst > 0.0 ? "large" : "small"));
+  }
+
+  // Mass of the facets beside that of the surface.
+  void judge_mass(const FacetMoments& moments, const RigidMass& rigid) {
+    constexpr double told = 0.01;
+    const double more = moments.mass - moments.smooth_mass;
+    if (!(std::abs(more) > told * (rigid.mass - more))) return;
+    report().warnings.push_back(fmt::format(
+        "the mesh is coarse: its shells are flat between their corners, and the curved surface through them is {}: the mass is {:.2g} % "
+        "too {} beside that of the surface, weight and inertia with it. Refine it, or take shells with middle nodes on the surface (S8R, "
+        "S6); plates that are meant to meet at an angle there have the mass that they should",
+        more < 0.0 ? "larger" : "smaller", 100.0 * std::abs(more) / (rigid.mass - more), more < 0.0 ? "small" : "large"));
   }
 
   // The damping that a free body's ratio leaves its lowest mode where the first interface is welded, told where it is another one.
@@ -757,7 +793,7 @@ class Reducer {
     else if (jumps)
       note(
           "the error of the mesh is estimated from jumps of the stress, below 1 %: they hardly show twist and what a single layer of "
-          "elements misses; refine the mesh and compare where that may matter");
+          "elements misses, and not what flat shells leave out of a curved surface; refine the mesh and compare where that may matter");
   }
 
   // theta_j x (theta_k x r), symmetric in j and k: second derivatives of the end of an arm that keeps its length.

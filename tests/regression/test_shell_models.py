@@ -120,6 +120,10 @@ with temporary_folder() as name:
     both = reduced(strip("PSHELL,1,1,.002,1,300.,1,10.\nMAT2,1,7.+10,0.,0.,7.+10,0.,3.5+10,2700.\n"), ending="bdf")
     expect(any("MID3 is a MAT2 with G33" in w for w in both["warnings"]), f"MID3 of a MAT2 with G33: {both['warnings']}")
 
+    # A flat membrane is a mechanism: the refusal says of which shells.
+    says = reduced(strip("PSHELL,1,1,.002\n" + metals), ending="bdf", code=1)
+    expect("element 1 and those like it are membranes (PSHELL without MID2)" in says, f"a flat membrane: {says}")
+
     # What no plate has, and fields that other programs have behind MID4.
     for cards, words in (
         ("PSHELL,1,1,.002,1,-1.,1\n", "12 I / T^3 must be > 0, found -1"),

@@ -1,6 +1,7 @@
 // Divided meshes, and patches of distorted elements.
 #include "sim/base/eigen_solvers.h"
 #include "sim/reduce/fe_elements.h"
+#include "sim/reduce/fe_facets.h"
 #include "sim/reduce/fe_refine.h"
 #include "sim/reduce/fe_solver.h"
 #include "sim/reduce/fe_system.h"
@@ -8,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -133,6 +135,86 @@ TEST(FeRefine, DividesEveryKind) {
     EXPECT_EQ(unconnected_parts(again, system).size(), 1) << fe_name(c.shape);
     // A node of the first element's far end is where it was.
     for (size_t i = 0; i < m.nodes.size(); ++i) EXPECT_EQ(divided->model.nodes[i], m.nodes[i]);
+  }
+}
+
+// Facets on a cylinder of radius 1, each `angle` wide, their normals turned about where asked for.
+FeModel facets_around(double angle, FeShape shape, bool flipped) {
+  std::vector<Vec3> points;
+  for (int i = 0; i < 4; ++i)
+    for (int j = 0; j < 5; ++j) points.emplace_back(std::cos(angle * j), std::sin(angle * j), 0.5 * i);
+  std::vector<std::vector<int>> elements;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 4; ++j) {
+      const int a = 5 * i + j;
+      std::vector<int> q = {a, a + 1, a + 6, a + 5};
+      if (flipped && (i + j) % 2 == 1) std::reverse(q.begin(), q.end());
+      if (shape == FeShape::quadrangle4 || shape == FeShape::quadrangle8) elements.push_back(q);
+      else elements.insert(elements.end(), {{q[0], q[1], q[2]}, {q[0], q[2], q[3]}});
+    }
+  return model_of(shape, points, elements);
+}
+
+// The middles of edges around a cylinder rise to it, at the ends of the mesh too, those along it do not; the divided mesh has its nodes
+// there and so, on the straight sides of quadratic shells, have the middles.
+TEST(FeFacets, RiseToTheCylinder) {
+  for (const FeShape shape : {FeShape::quadrangle4, FeShape::triangle3, FeShape::quadrangle8, FeShape::triangle6})
+    for (const double angle : {0.05, 0.3, 0.7})
+      for (const bool flipped : {false, true}) {
+        const FeModel m = facets_around(angle, shape, flipped);
+        const FacetRises rises(m);
+        const double sagitta = 1.0 - std::cos(0.5 * angle);
+        for (int i = 0; i < 4; ++i)
+          for (int j = 0; j < 4; ++j) {
+            const Vec3 out(std::cos(angle * (j + 0.5)), std::sin(angle * (j + 0.5)), 0.0), rise = rises.of(5 * i + j, 5 * i + j + 1);
+            EXPECT_NEAR(rise.dot(out), sagitta, 0.35 * sagitta) << fe_name(shape) << " " << angle;
+            EXPECT_LT((rise - out * out.dot(rise)).norm(), 0.1 * sagitta) << fe_name(shape) << " " << angle;
+            if (i < 3) {
+              EXPECT_LT(rises.of(5 * i + j, 5 * i + j + 5).norm(), 0.1 * sagitta) << fe_name(shape) << " " << angle;
+            }
+          }
+        const double whole = 4.0 * angle * 1.5 * 0.01 * 7850.0, facets = whole * std::sin(0.5 * angle) / (0.5 * angle);
+        const FacetMoments moments = facet_moments(m, Vec3::Zero());
+        EXPECT_NEAR(moments.mass, facets, 1e-9 * whole);
+        EXPECT_NEAR(moments.smooth_mass, whole, 0.5 * (whole - facets)) << fe_name(shape) << " " << angle;
+        const std::optional<FeRefined> divided = refine(m, {});
+        for (const int n : divided->model.connectivity)
+          EXPECT_NEAR(divided->model.nodes[n].head<2>().norm(), 1.0, 0.35 * sagitta) << fe_name(shape) << " " << angle;
+      }
+}
+
+// A parabola's corners tell its middles exactly, warped quadrangles and triangles whose diagonals go either way; a plane has none, nor has
+// an angle between plates of more than one element.
+TEST(FeFacets, SaddleAndFold) {
+  for (const bool triangles : {false, true}) {
+    std::vector<Vec3> points;
+    std::vector<std::vector<int>> elements;
+    for (int i = 0; i < 5; ++i)
+      for (int j = 0; j < 5; ++j) points.emplace_back(0.1 * i, 0.1 * j, 0.02 * i * 0.1 * j);
+    for (int i = 0; i < 4; ++i)
+      for (int j = 0; j < 4; ++j) {
+        const int a = 5 * i + j;
+        if (!triangles) elements.push_back({a, a + 5, a + 6, a + 1});
+        else if ((i + j) % 2 == 0) elements.insert(elements.end(), {{a, a + 5, a + 6}, {a, a + 6, a + 1}});
+        else elements.insert(elements.end(), {{a, a + 5, a + 1}, {a + 5, a + 6, a + 1}});
+      }
+    const FeModel m = model_of(triangles ? FeShape::triangle3 : FeShape::quadrangle4, points, elements);
+    const std::optional<FeRefined> divided = refine(m, {});
+    for (const Vec3& x : divided->model.nodes) EXPECT_NEAR(x.z(), 0.2 * x.x() * x.y(), 1e-5);
+    for (const double degrees : {0.0, 10.0, 40.0, 90.0}) {
+      FeModel folded = m;
+      const double a = degrees * std::numbers::pi / 180.0;
+      for (Vec3& x : folded.nodes) {
+        const double beyond = std::max(0.0, x.x() - 0.2);
+        x = {x.x() - beyond + beyond * std::cos(a), x.y(), beyond * std::sin(a)};
+      }
+      const FacetRises rises(folded);
+      for (int i = 0; i < 5; ++i)
+        for (int j = 0; j < 5; ++j)
+          if (i < 4) {
+            EXPECT_LT(rises.of(5 * i + j, 5 * i + j + 5).norm(), 1e-9) << degrees << " degrees";
+          }
+    }
   }
 }
 
