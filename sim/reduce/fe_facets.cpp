@@ -418,8 +418,7 @@ std::string opposite_shells(const FeModel& model) {
   if (count == 0) return {};
   return fmt::format(
       "{}: the normals of {} pairs of neighbouring shells look opposite ways (elements {} and {} for one) though their walls are beside "
-      "their "
-      "nodes (OFFSET, ZOFFS, Z0) or their layers are not the same from both sides: these change sides there, and mass, stiffness and "
+      "their nodes (OFFSET, ZOFFS, Z0) or their layers are not the same from both sides: these change sides there, and mass, stiffness and "
       "frequencies with them; turn the order of nodes of one of the two around",
       model.file, count, model.elements[first.first].id, model.elements[first.second].id);
 }
@@ -445,8 +444,7 @@ std::string doubled_shells(const FeModel& model) {
   if (count == 0) return {};
   return fmt::format(
       "{}: {} shells lie on the same nodes as others of the same thickness and material (element {} on those of element {}): their mass "
-      "and "
-      "stiffness count twice; take them out if they were written twice",
+      "and stiffness count twice; take them out if they were written twice",
       model.file, count, model.elements[first.first].id, model.elements[first.second].id);
 }
 

@@ -166,8 +166,7 @@ class Reducer {
     if (found == model.elements.end()) return {};
     return fmt::format(
         ". {}: element {} and those like it are membranes (PSHELL without MID2), which resist nothing across their surface where it is "
-        "flat: "
-        "give the PSHELL MID2 = MID1",
+        "flat: give the PSHELL MID2 = MID1",
         place_of(model, *found), found->id);
   }
 
