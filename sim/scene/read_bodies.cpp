@@ -104,11 +104,9 @@ Damping read_damping(const TableReader& body) {
     reader->fail("ratio", "excludes 'mass' and 'stiffness': give damping ratios or Rayleigh's factors");
   if (reader->has("ratio")) damping.ratio = reader->number_or_numbers("ratio", 1, most_coordinates, not_negative.in(""));
   for (const double ratio : damping.ratio)
-    if (ratio >= 1.0 && reader->unitless("ratio"))
-      reader->doubt("ratio",
-                    fmt::format("is {} times critical damping, with which a mode no longer swings: for per cent write \"{} %\", for "
-                                "so much \"{} %\"",
-                                ratio, ratio, 100.0 * ratio));
+    if (ratio > 1.0 && reader->unitless("ratio"))
+      reader->doubt("ratio", fmt::format("is {} times critical damping: for per cent write \"{} %\", for so much \"{} %\"", ratio, ratio,
+                                         100.0 * ratio));
   damping.mass = reader->number("mass", 0.0, not_negative.in("1/s"));
   damping.stiffness = reader->number("stiffness", 0.0, not_negative.in("s"));
   return damping;

@@ -458,6 +458,7 @@ def meant_in_other_units(folder):
         (made, "density = 2770, youngs_modulus = 5e7", ()),
         (made, made + " }\ndamping = { ratio = 2", ("'damping.ratio'", '"2 %"')),
         (made, made + ' }\ndamping = { ratio = "2 %"', ()),
+        (made, made + " }\ndamping = { ratio = 1", ()),
         (made, made + ' }\ndamping = { ratio = "200 %"', ()),
         (made, made + " }\ndamping = { ratio = [0.01, 0.02, 1.5]", ('"1.5 %"',)),
         ("-9.81, 0]", "-9810, 0]", ("'gravity'", '"9810 mm/s^2"')),
