@@ -134,7 +134,7 @@ bool on(const std::vector<EffectState>& states, const std::string& owner, std::s
 }  // namespace
 
 LeftOut::LeftOut(const System& system, const std::vector<EffectState>& states, bool pictures)
-    : pictures_(pictures), scene_(system.scene), model_(), sections_(Model{}, Scene{}) {
+    : pictures_(pictures), softened_(system.softened), scene_(system.scene), model_(), sections_(Model{}, Scene{}) {
   for (const EffectState& s : states) {
     if (s.on || s.body < 0 || !std::holds_alternative<BeamDef>(scene_.bodies[s.body].kind)) continue;
     const bool shear = s.effect == "shear", bends = on(states, s.owner, "bending_xy") || on(states, s.owner, "bending_xz");
@@ -843,6 +843,8 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
     const Drifts lost = drifts(item, results, unseen);
     const VecX slower = slowed_vibrations(i, results.times[results.times.size() - 1] - results.times[0]);
     const Response pulled = response(item, item.pull, from_rest);
+    // Of second order is what stiffens, which is no addition to the deflection.
+    const double softened = item.effect == "stiffening" || item.effect == "gyroscopic" ? 1.0 : softened_;
     std::vector<double> error(columns_.size(), 0.0);
     std::map<std::string, double> size;
     std::vector<double> s(times_.size());
@@ -852,10 +854,10 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
       if (column.row >= 0) {
         for (size_t k = 0; k < s.size(); ++k) s[k] = item.change[k][column.row];
         const Response r = response(item, s, from_rest);
-        error[c] = column.order == 0 ? r.size : column.order == 1 ? r.rate : r.acceleration;
+        error[c] = softened * (column.order == 0 ? r.size : column.order == 1 ? r.rate : r.acceleration);
       } else if (column.quantity == Quantity::reaction) {
         // A reaction follows the section forces that it supports.
-        error[c] = pulled.over * std::min(run.units[c] == "N" ? item.force : item.moment, sizes[vector_of(c)]);
+        error[c] = softened * pulled.over * std::min(run.units[c] == "N" ? item.force : item.moment, sizes[vector_of(c)]);
       } else if (column.quantity == Quantity::q && of_item) {
         error[c] = item.reach;
       } else if (run.units[c] == "J" && (column.body < 0 || of_item)) {

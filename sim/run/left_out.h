@@ -9,7 +9,8 @@
 // from rest, or from z = s where the run starts from equilibrium: what starts or changes at once vibrates about s. Velocities and
 // accelerations take z' and z'', reactions the share by which z passes s of the section forces. Vibrations that the model has are slowed
 // down by the effect: their phase runs off by U / (2 V) of what it has gone through, V the strain energy of the motion. All of it is
-// compared with the ranges of the outputs (histories.h).
+// compared with the ranges of the outputs (histories.h). What stands at rest in a turning frame grows as the deflection does
+// (StaticSolution::softened).
 #pragma once
 
 #include "sim/dynamics/section_forces.h"
@@ -159,7 +160,8 @@ class LeftOut {
   Response response(const Item& item, const std::vector<double>& s, bool from_rest) const;
 
   bool pictures_;
-  Scene scene_;  // with the outputs that are evaluated: places instead of velocities and accelerations
+  double softened_ = 1.0;  // System::softened
+  Scene scene_;            // with the outputs that are evaluated: places instead of velocities and accelerations
   Model model_;
   Work work_;
   OutputPlans plans_;

@@ -111,6 +111,7 @@ System make_system(const Scene& scene, const BeforeRest& before, const FurtherOf
     update_expressions(system.model, 0.0, system.work);
     assemble_rates(system.model, scene, system.work, system.notes);
     say_rest(at_rest, scene.simulation.duration, system.notes);
+    system.softened = at_rest.softened;
   }
   const bool all_inertia = !find_massless(system);
   system.notes.tell(neglected_stiffening(system.model, scene, system.work));

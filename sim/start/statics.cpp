@@ -473,6 +473,41 @@ void find_rest(StaticProblem& p, const Sought& what, const Scene& scene, const V
   out.stability = find_stability(p, what, std::move(found.tangent));
 }
 
+// A shaft's deflection grows by 1 / |1 - (speed / critical speed)^2|, and so does what is added to it: the elastic stiffness along the
+// deflection over the tangent stiffness along it, joints free to follow.
+double softening(StaticProblem& p) {
+  const bool turns = std::any_of(p.motion.begin(), p.motion.end(), [](const TimeJet& jet) { return jet.rate != 0.0; });
+  const auto n = static_cast<Eigen::Index>(p.sought.size());
+  constexpr Eigen::Index most = 300;
+  MatX K;
+  if (!turns || n == 0 || n > most || !p.stiffness(K)) return 1.0;
+  double elastic = 0.0;  // twice the energy
+  for (size_t i = 0; i < p.model.parts.size(); ++i) {
+    const VecX& q = p.work.parts[i].q;
+    if (q.size() > 0) elastic += q.dot(p.model.parts[i].body.Ke * q);
+  }
+  std::vector<Eigen::Index> joints;
+  VecX along = VecX::Zero(n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const Direction& d = p.sought[static_cast<size_t>(k)];
+    if (d.rate >= 0) joints.push_back(k);
+    else along[k] = d.scale * p.work.parts[d.part].q[-1 - d.rate];
+  }
+  VecX force = K * along;
+  const auto held = std::ssize(joints);
+  if (held > 0) {
+    const MatX inner = K(joints, joints);
+    const VecX pushed = force(joints);
+    VecX followed = VecX::Zero(n);
+    followed(joints) = -inner.completeOrthogonalDecomposition().solve(pushed);
+    along += followed;
+    force = K * along;
+  }
+  const double tangent = std::abs(along.dot(force));
+  constexpr double largest = 1e3;
+  return elastic > tangent ? std::min(largest, elastic / tangent) : 1.0;
+}
+
 }  // namespace
 
 bool wants_statics(const Scene& scene) {
@@ -506,6 +541,7 @@ StaticSolution solve_statics(const Model& model, const Scene& scene, Work& work,
     out.moved = std::max(out.moved, d.scale * std::abs(work.q[at] - start[at]));
   }
   out.accelerating = accelerating(p);
+  out.softened = softening(p);
   if (out.stability.slowest > 0.0) out.leaves = leaving_speed(p, model.size);
   if (p.by_size)
     for (size_t c = 0; c < model.clusters.size(); ++c)

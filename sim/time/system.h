@@ -30,6 +30,7 @@ struct System {
   FrictionState friction;
   std::vector<int> stops;  // parts whose joint has a stop
   bool driven = false;     // prescribed motions feed in work
+  double softened = 1.0;   // StaticSolution::softened
   ErrorWeights weights;
   Notes notes;
 };

@@ -5,7 +5,9 @@ from truths.formulas import rotate
 
 
 def beam_element(L, m, s):
-    """Stiffness and mass (12 x 12) of a straight beam along x: per end u v w, turns about x y z. m, s: scene.MATERIALS, section_of."""
+    """Stiffness and mass (12 x 12) of a straight beam along x: per end u v w, turns about x y z. m, s: scene.MATERIALS, section_of.
+
+    m["tilting"] (1 where it is not said): what the inertia of its sections against bending is multiplied by."""
     E, rho = m["E"], m["rho"]
     G = E / (2 * (1 + m["poisson"]))
     K, M = np.zeros((12, 12)), np.zeros((12, 12))
@@ -30,7 +32,7 @@ def beam_element(L, m, s):
                 L * (xi**3 - xi**2 - phi / 2 * (xi - xi**2)),
             ]
             T = [6 * (xi**2 - xi) / L, 1 - 4 * xi + 3 * xi**2 + phi * (1 - xi), 6 * (xi - xi**2) / L, 3 * xi**2 - 2 * xi + phi * xi]
-            mm += wi * rho * (s["area"] * np.outer(N, N) + I * np.outer(T, T)) / (1 + phi) ** 2
+            mm += wi * rho * (s["area"] * np.outer(N, N) + m.get("tilting", 1.0) * I * np.outer(T, T)) / (1 + phi) ** 2
         K[np.ix_(at, at)] += np.outer(signs, signs) * k
         M[np.ix_(at, at)] += np.outer(signs, signs) * mm
     return K, M
