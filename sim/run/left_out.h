@@ -9,7 +9,7 @@
 // from rest, or from z = s where the run starts from equilibrium: what starts or changes at once vibrates about s. Velocities and
 // accelerations take z' and z'', reactions the share by which z passes s of the section forces. Vibrations that the model has are slowed
 // down by the effect: their phase runs off by U / (2 V) of what it has gone through, V the strain energy of the motion. All of it is
-// compared with the ranges of the outputs (histories.h). What stands at rest in a turning frame grows as the deflection does
+// compared with the ranges of the outputs (histories.h). After a static start it grows as the deflection does
 // (StaticSolution::softened).
 #pragma once
 

@@ -473,14 +473,13 @@ void find_rest(StaticProblem& p, const Sought& what, const Scene& scene, const V
   out.stability = find_stability(p, what, std::move(found.tangent));
 }
 
-// A shaft's deflection grows by 1 / |1 - (speed / critical speed)^2|, and so does what is added to it: the elastic stiffness along the
-// deflection over the tangent stiffness along it, joints free to follow.
+// A shaft's deflection grows by 1 / |1 - (speed / critical speed)^2|, a pressed column's by 1 / (1 - P / Pcr), and so does what is added
+// to it: the elastic stiffness along the deflection over the tangent stiffness along it, joints free to follow.
 double softening(StaticProblem& p) {
-  const bool turns = std::any_of(p.motion.begin(), p.motion.end(), [](const TimeJet& jet) { return jet.rate != 0.0; });
   const auto n = static_cast<Eigen::Index>(p.sought.size());
   constexpr Eigen::Index most = 300;
   MatX K;
-  if (!turns || n == 0 || n > most || !p.stiffness(K)) return 1.0;
+  if (n == 0 || n > most || !p.stiffness(K)) return 1.0;
   double elastic = 0.0;  // twice the energy
   for (size_t i = 0; i < p.model.parts.size(); ++i) {
     const VecX& q = p.work.parts[i].q;

@@ -34,7 +34,7 @@ struct StaticSolution {
   double residual = 0.0;     // N, largest force left over
   double leaves = 0.0;       // m/s, of the largest coordinate, as the equilibrium moves on when motions turn loads; 0: none, or not known
   double moved = 0.0;        // m, largest displacement of a coordinate from where the search began
-  double softened = 1.0;     // by how much centrifugal forces enlarge a small addition to the deflection of a mechanism that turns, >= 1
+  double softened = 1.0;     // by how much centrifugal forces and pressure enlarge a small addition to the deflection, >= 1
 };
 
 // Moves work.q to a relative equilibrium at t = 0 (prescribed motions keep their rates) and leaves positions up to date; work.w is not

@@ -496,6 +496,19 @@ with temporary_folder() as folder:
         y = M / swung * e * r**2 / (1 - r**2)
         near(history(folder / "h.csv")["y.y"][0], y, 1e-4 * abs(y), f"shaft at {r} of its critical speed")
 
+    # So does a pressed column's, by 1 / (1 - P / Pcr); with shear (Engesser): Timoshenko, Gere, Theory of Elastic Stability, art. 2.17.
+    L, d, E = 1.0, 0.03, 7e10
+    EI, kGA = E * math.pi * d**4 / 64, 6 / 7 * E / 2 * math.pi * d**2 / 4
+    P, Q = 0.97 * math.pi**2 * EI / 4 / L**2, 3e-5 * EI / L**2
+    bent = math.sqrt(P / EI / (1 - P / kGA))
+    y = Q / P * (math.tan(bent * L) / bent * kGA / (kGA - P) - L)
+    column = f'{static}[[body]]\nname = "rod"\nkind = "beam"\nmodel = "finite-element"\nlength = {L}\n'
+    column += f'section = {{ shape = "circle", diameter = {d} }}\nmaterial = {{ density = 1.0, youngs_modulus = {E}, poisson = 0 }}\n'
+    column += joint("wall", "weld", "ground", "rod.root") + force("rod.tip", [-1, 0, 0], P) + force("rod.tip", [0, 1, 0], Q)
+    column = column.replace('start = "static"', 'start = "static"\ngravity = [0, 0, 0]') + output("tip", "rod.tip", "displacement")
+    run("simulate", written(folder, "column", column), "-o", folder / "r.h5", "--csv", folder / "h.csv")
+    near(history(folder / "h.csv")["tip.y"][0], y, 1e-2 * y, "column at 0.97 of its buckling load")
+
     # Words.
     done = run("check", written(folder, "word", pendulum.replace('boundary = "clamped-free"', 'without = ["stifening"]')), code=2)
     expect("stiffening" in done.stderr and "word.toml:" in done.stderr, f"misspelt effect: {done.stderr}")
