@@ -395,10 +395,7 @@ std::optional<Finished> Straight::go(const Scene& as_given) {
       if (!space.resolved && (tried_ || !may_follow)) return std::nullopt;
       if (!space.resolved) return try_following();
     }
-    if (verdict == Verdict::follow) {
-      if (!judge_effects(true)) return std::nullopt;
-      return follow_vibrations(unlimited);
-    }
+    if (verdict == Verdict::follow) return judge_effects(true) ? follow_vibrations(unlimited) : std::nullopt;
     if (verdict == Verdict::lost && !t_.search.smooth) return try_few(as_given, search, most_for_few());
     if (verdict == Verdict::lost) return std::nullopt;
     // Where tighter steps of all coordinates are dear, as vibrations that nothing damps come back with them, a few modes may do for less.

@@ -810,11 +810,6 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
   Histories moving = run;
   moving.scales.rests = false;
   const VecX rounding = rounding_of_outputs(moving);
-  std::map<std::string, double> largest;  // of a unit
-  for (size_t c = 0; c < columns_.size(); ++c) {
-    double& most = largest[run.units[c]];
-    most = std::max(most, run.values.row(static_cast<Eigen::Index>(c)).cwiseAbs().maxCoeff());
-  }
   // What stands still has no range in time: places and deflections are then seen against the largest deflection, angles against the
   // largest turn of a section.
   std::map<std::string, double> deformed = {{"m", 0.0}, {"rad", 0.0}};
@@ -825,10 +820,10 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
   const double still = model_.loops.empty() ? 1e-13 : 1e-9;
   const auto sized = [&](size_t c) { return run.sizes.size() > 0 && run.sizes[static_cast<Eigen::Index>(c)] > 0.0; };
   const auto vector_of = [&](size_t c) { return run.columns[c].substr(0, run.columns[c].rfind('.')) + "\n" + run.units[c]; };
-  std::map<std::string, double> sizes;  // of a vector
+  std::map<std::string, double> largest, sizes;  // of a unit, of a vector
   for (size_t c = 0; c < columns_.size(); ++c) {
-    double& most = sizes[vector_of(c)];
-    most = std::max(most, run.values.row(static_cast<Eigen::Index>(c)).cwiseAbs().maxCoeff());
+    const double most = run.values.row(static_cast<Eigen::Index>(c)).cwiseAbs().maxCoeff();
+    for (double* size : {&largest[run.units[c]], &sizes[vector_of(c)]}) *size = std::max(*size, most);
   }
   const VecX swing = run.values.rowwise().maxCoeff() - run.values.rowwise().minCoeff();
   const bool unjudged = has_unjudged_forces();
