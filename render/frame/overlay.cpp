@@ -541,21 +541,21 @@ void draw_labels(Sheet& image, const Picture& picture, const SceneBelow& below, 
       const auto box_at = [&](const glm::dvec2& p) {
         return glm::dvec4(p.x - 2.0, p.y - h - 2.0, p.x + w + 2.0, p.y + descent(size) + 2.0);
       };
+      const auto free_place = [&](double off) -> std::optional<glm::dvec2> {
+        const glm::dvec2 places[] = {{gap + off, -0.4 * gap - off},      {gap + off, h + 0.6 * gap + off},
+                                     {-gap - w - off, -0.4 * gap - off}, {-0.5 * w, -gap - 1.4 * off},
+                                     {-0.5 * w, gap + h + 1.4 * off},    {-gap - w - off, h + 0.6 * gap + off}};
+        for (const glm::dvec2& offset : places) {
+          const glm::dvec4 box = box_at(at + offset);
+          if (lies_in(box, frame.area) && std::none_of(taken.begin(), taken.end(), [&](const auto& other) { return overlap(box, other); }))
+            return at + offset;
+        }
+        return std::nullopt;
+      };
       // Beside the point, or with a leader two and a half lines off; where there is no room, with a leader farther off.
       const double far = 2.6 * size;
       for (const double off : {label.leader ? far : 0.0, label.leader ? 2.0 * far : far, 3.0 * far}) {
-        const std::optional<glm::dvec2> free = [&]() -> std::optional<glm::dvec2> {
-          const glm::dvec2 places[] = {{gap + off, -0.4 * gap - off},      {gap + off, h + 0.6 * gap + off},
-                                       {-gap - w - off, -0.4 * gap - off}, {-0.5 * w, -gap - 1.4 * off},
-                                       {-0.5 * w, gap + h + 1.4 * off},    {-gap - w - off, h + 0.6 * gap + off}};
-          for (const glm::dvec2& offset : places) {
-            const glm::dvec4 box = box_at(at + offset);
-            if (lies_in(box, frame.area) &&
-                std::none_of(taken.begin(), taken.end(), [&](const auto& other) { return overlap(box, other); }))
-              return at + offset;
-          }
-          return std::nullopt;
-        }();
+        const std::optional<glm::dvec2> free = free_place(off);
         if (!free) continue;
         const glm::dvec4 box = box_at(*free);
         taken.push_back(box);

@@ -295,7 +295,7 @@ EffectReport report_effects(const Scene& as_given, const EffectOptions& options)
 std::vector<Untried> neglected(const std::vector<EffectState>& states, const NeglectOptions& options) {
   std::vector<Untried> out;
   for (const char* effect : {"stiffening", "gyroscopic", "bending_xy", "bending_xz", "torsion", "axial", "shear"}) {
-    const bool second_order = std::string_view(effect) == "stiffening" || std::string_view(effect) == "gyroscopic";
+    const bool second_order = is_of_second_order(effect);
     const bool wanted = std::find(options.further.begin(), options.further.end(), effect) != options.further.end();
     if (!(second_order ? options.second_order : options.deformations) && !wanted) continue;
     Untried u;
@@ -495,7 +495,7 @@ void report_left_out(const Scene& scene, const std::vector<LeftOutWorth>& found,
   // Like bodies give one line.
   std::vector<LeftOutWorth> warned, told;
   for (const LeftOutWorth& f : found) {
-    const bool by_formula = f.effect == "stiffening" || f.effect == "gyroscopic";
+    const bool by_formula = is_of_second_order(f.effect);
     if (f.share > (by_formula ? 0.5 : told_of_left_out) * asked)
       merge(warned, f, [&](const LeftOutWorth& have) { return remedy_of(scene, neglected(have)) == remedy_of(scene, neglected(f)); });
     else

@@ -62,7 +62,7 @@ std::vector<int> makers(std::string_view effect) {
   if (effect == "axial") return {0};
   if (effect == "shear") return {1, 2};
   if (effect == "torsion") return {3};
-  if (effect == "stiffening" || effect == "gyroscopic") return {4, 5};
+  if (is_of_second_order(effect)) return {4, 5};
   return {effect == "bending_xy" ? 5 : 4};
 }
 
@@ -320,7 +320,7 @@ void LeftOut::strains_of_first_order(int body, const BothEnds& forces, const Ite
 LeftOut::Moved LeftOut::strained(const System& system, Item& item) const {
   Moved out(sections_.beams().size());
   double energy = 0.0, pull = 0.0;
-  const bool second_order = item.effect == "stiffening" || item.effect == "gyroscopic";
+  const bool second_order = is_of_second_order(item.effect);
   const std::vector<int> forces = makers(item.effect);
   std::vector<Strained> at;
   item.slowing.push_back(0.0);
@@ -530,7 +530,7 @@ void LeftOut::look(System& system, double t, const VecX& y) {
 }
 
 double LeftOut::taken_of_blows(const Item& item) const {
-  if (pressed_.empty() || item.effect == "stiffening" || item.effect == "gyroscopic" || item.energy.size() != pressed_.size()) return 0.0;
+  if (pressed_.empty() || is_of_second_order(item.effect) || item.energy.size() != pressed_.size()) return 0.0;
   const double most = *std::max_element(pressed_.begin(), pressed_.end());
   constexpr double beginning = 0.1;
   double before = std::numeric_limits<double>::infinity(), out = 0.0;
@@ -637,7 +637,7 @@ double lag(const VecX& times, const Eigen::Ref<const VecX>& q, double omega) {
 LeftOut::Drifts LeftOut::drifts(const Item& item, const Results& results, Unseen& known) const {
   double left_out = 0.0, stored = 0.0, mean = 0.0, squares = 0.0;
   size_t top = 0;
-  const bool second_order = item.effect == "stiffening" || item.effect == "gyroscopic";
+  const bool second_order = is_of_second_order(item.effect);
   for (size_t k = 0; k < strain_.size(); ++k) {
     left_out += item.slowing[k] + (second_order ? 0.0 : item.energy[k]);
     stored += strain_[k];
@@ -778,7 +778,7 @@ void LeftOut::compare_shown(const Item& item, double deformed, LeftOutWorth& fou
   constexpr double counts = 1.0 / 3.0, rounding = 1e-12;
   double length = 0.0;
   for (const int b : item.bodies) length = std::max(length, beam_of(scene_, b).length);
-  const bool second_order = item.effect == "stiffening" || item.effect == "gyroscopic";
+  const bool second_order = is_of_second_order(item.effect);
   if (second_order || item.reach <= rounding * length) return;
   found.reach = item.reach;
   found.shown = item.reach / std::max(item.reach, deformed);
@@ -838,8 +838,7 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
     const Drifts lost = drifts(item, results, unseen);
     const VecX slower = slowed_vibrations(i, results.times[results.times.size() - 1] - results.times[0]);
     const Response pulled = response(item, item.pull, from_rest);
-    // Of second order is what stiffens, which is no addition to the deflection.
-    const double softened = item.effect == "stiffening" || item.effect == "gyroscopic" ? 1.0 : softened_;
+    const double softened = is_of_second_order(item.effect) ? 1.0 : softened_;
     std::vector<double> error(columns_.size(), 0.0);
     std::map<std::string, double> size;
     std::vector<double> s(times_.size());

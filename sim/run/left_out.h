@@ -22,9 +22,13 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace flexframe::sim {
+
+// Effects that act on the deflection, where the others add a deformation of their own.
+inline bool is_of_second_order(std::string_view effect) { return effect == "stiffening" || effect == "gyroscopic"; }
 
 // One effect that a beam, or several, go without.
 struct LeftOutWorth {

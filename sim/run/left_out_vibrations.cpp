@@ -21,8 +21,6 @@ constexpr double small_step = 1e-6;
 // not looked at: outputs that move a thousandth of that still have it to a hundredth of their range.
 constexpr double hardly_moves = 1e-5;
 
-bool is_of_second_order(const std::string& effect) { return effect == "stiffening" || effect == "gyroscopic"; }
-
 }  // namespace
 
 // Energy of the item's strains under changes of the section forces, J.

@@ -111,7 +111,7 @@ struct Alone {
   bool blows_unseen = false;             // something struck, and at no look anything was touched
 };
 
-bool is_deformation(const LeftOutWorth& w) { return w.effect != "stiffening" && w.effect != "gyroscopic"; }
+bool is_deformation(const LeftOutWorth& w) { return !is_of_second_order(w.effect); }
 
 // Where forces are read, what gives way inside shifts them from one support to another: a pair of runs tells that, also at rest.
 bool shifts_forces(const LeftOutWorth& w, double asked) { return w.possible && w.inside > 0.5 * asked && w.share < asked; }

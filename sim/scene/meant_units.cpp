@@ -28,8 +28,8 @@ bool looks_like_degrees(double angle) {
 bool looks_like_millimetres(double gravity) { return gravity > 9.7e3 && gravity < 9.9e3; }
 
 std::string meant_material_units(double density, double youngs_modulus) {
-  // Papers make bodies softer by decades to show how they bend: what is softer than Young's moduli in MPa and denser than foam may be
-  // meant. A density of 1 stands for equations without units.
+  // Papers make bodies softer by decades to show how they bend, so only what sound would hardly or far too fast run through is doubted. A
+  // density of 1 stands for equations without units.
   const double sound = std::sqrt(youngs_modulus / density);
   const bool solid = density > 5.0 && density < 3e4 && sound > 20.0 && sound < 2e4;
   if (solid || density == 1.0) return {};

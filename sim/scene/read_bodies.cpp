@@ -312,8 +312,8 @@ Material read_material(const TableReader& body) {
   if (const std::string meant = meant_material_units(material.density, material.youngs_modulus); bare && !meant.empty())
     reader.doubt(
         "density",
-        fmt::format("{} and a Young's modulus of {} are read as kg/m^3 and Pa, of which no solid is made that waves run through at "
-                    "{:.2g} m/s; are they meant in {}? Write the units: \"7850 kg/m^3\", \"210 GPa\"",
+        fmt::format("{} and a Young's modulus of {} are read as kg/m^3 and Pa, but sound would run through such a solid at {:.2g} m/s; are "
+                    "they meant in {}? Write the units, as in \"7850 kg/m^3\" and \"210 GPa\"",
                     material.density, material.youngs_modulus, std::sqrt(material.youngs_modulus / material.density), meant));
   return material;
 }
